@@ -1,0 +1,38 @@
+"""Gainscope's core: fixed-gain tracking filters, their design, stability and figures of merit.
+
+    >>> from tracker_core import Experiment, run_experiment
+    >>> result = run_experiment(Experiment.from_dict({"scenario": "garg-constant-velocity"}))
+    >>> round(result.track.smoothed[0, 0, 0], 1)
+    30194.2
+"""
+
+from tracker_core.checks import InputError
+from tracker_core.conventions import CONVENTIONS, Gains
+from tracker_core.design import DESIGNS
+from tracker_core.experiment import Experiment, Result, run_experiment
+from tracker_core.filters import run_filter
+from tracker_core.metrics import METRICS, Metrics
+from tracker_core.scenarios import SCENARIOS
+from tracker_core.stability import Verdict, assess
+from tracker_core.starts import STARTS
+from tracker_core.types import Measurements, Track, Truth
+
+__all__ = [
+    "CONVENTIONS",
+    "DESIGNS",
+    "METRICS",
+    "SCENARIOS",
+    "STARTS",
+    "Experiment",
+    "Gains",
+    "InputError",
+    "Measurements",
+    "Metrics",
+    "Result",
+    "Track",
+    "Truth",
+    "Verdict",
+    "assess",
+    "run_experiment",
+    "run_filter",
+]

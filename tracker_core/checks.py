@@ -1,0 +1,107 @@
+"""Checking what comes from outside: the one error type, and the domains of numbers.
+
+Every rejected input names the field, the rule it broke and the value received, so that a caller (a page, a
+command line, a notebook) can put the message beside the thing to mend.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+RECEIVED_LENGTH = 60
+
+
+class InputError(ValueError):
+    """A value from outside breaks a rule.
+
+    Attributes:
+        field: name of the field, in the words of the experiment description.
+        rule: what the value must be, as a clause after the name ("must be > 0").
+        received: the value as it came.
+    """
+
+    def __init__(self, field: str, rule: str, received: Any) -> None:
+        self.field = field
+        self.rule = rule
+        self.received = received
+        super().__init__(f"{field} {rule}, got {show(received)}")
+
+
+def show(value: Any) -> str:
+    """The value in one short line."""
+    text = str(value) if isinstance(value, float) else repr(value)
+    text = text.replace("\n", " ")
+    return text if len(text) <= RECEIVED_LENGTH else text[: RECEIVED_LENGTH - 1] + "…"
+
+
+@dataclass(frozen=True, slots=True)
+class Domain:
+    """The numbers a field admits: an interval, each end open or closed.
+
+    Attributes:
+        low, high: the ends; infinite for none.
+        low_open, high_open: whether the end itself is excluded.
+        whole: whether only whole numbers are admitted.
+    """
+
+    low: float = -math.inf
+    high: float = math.inf
+    low_open: bool = False
+    high_open: bool = False
+    whole: bool = False
+
+    @property
+    def rule(self) -> str:
+        """The domain in words, as a clause after the name of the field."""
+        parts = []
+        if self.low > -math.inf:
+            parts.append(f"{'>' if self.low_open else '>='} {_plain(self.low)}")
+        if self.high < math.inf:
+            parts.append(f"{'<' if self.high_open else '<='} {_plain(self.high)}")
+        kind = "a whole number" if self.whole else "a finite number"
+        return " ".join(["must be", kind, " and ".join(parts)]).rstrip()
+
+    def __contains__(self, value: float) -> bool:
+        above = value > self.low if self.low_open else value >= self.low
+        below = value < self.high if self.high_open else value <= self.high
+        return math.isfinite(value) and above and below
+
+    def check(self, field: str, value: Any) -> float:
+        """`value` as a number of this domain.
+
+        Numbers and the strings that spell one are taken; booleans are not.
+
+        Raises:
+            InputError: when `value` is not a number, not finite or outside.
+        """
+        try:
+            if isinstance(value, bool):
+                raise TypeError
+            number = float(value)
+        except (TypeError, ValueError, OverflowError):
+            raise InputError(field, self.rule, value) from None
+        if number not in self or (self.whole and number != math.floor(number)):
+            raise InputError(field, self.rule, value)
+        return number
+
+
+def _plain(number: float) -> str:
+    return f"{number:,.0f}" if number == math.floor(number) and abs(number) < 1e7 else f"{number:g}"
+
+
+def check_choice(field: str, value: Any, choices: Iterable[str]) -> str:
+    """`value` if it is one of `choices`.
+
+    Raises:
+        InputError: naming the choices.
+    """
+    known = list(choices)
+    if not isinstance(value, str) or value not in known:
+        raise InputError(field, f"must be one of {', '.join(known)}", value)
+    return value
+
+
+POSITIVE = Domain(low=0, low_open=True)

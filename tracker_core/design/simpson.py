@@ -1,0 +1,20 @@
+"""Simpson 1963, Neal & Benedict 1967: the optimisation condition of the third-order tracker."""
+
+from tracker_core.checks import POSITIVE, Domain
+from tracker_core.design.base import Design
+
+
+def order3(alpha: float, beta: float) -> tuple[float, float, float]:
+    """The third gain that satisfies 2 beta - alpha (alpha + beta + gamma/2) = 0."""
+    return alpha, beta, 2 * (2 * beta / alpha - alpha - beta)
+
+
+DESIGN = Design(
+    name="simpson",
+    title="Simpson",
+    parameters={"alpha": Domain(0, 2, low_open=True, high_open=True), "beta": POSITIVE},
+    formulas={3: order3},
+    formula="2β − α(α + β + γ/2) = 0",
+    source="Simpson 1963, IEEE Trans. Automatic Control AC-8, 182-183; Jeong et al. 2017, eq. 8",
+    remark="With the Benedict–Bordner β the condition gives γ = 0, and a smaller β a negative γ.",
+)

@@ -1,0 +1,37 @@
+"""A run as a table: one row a sample."""
+
+from __future__ import annotations
+
+import csv
+from typing import TextIO
+
+import numpy as np
+
+from tracker_core.experiment import Result
+from tracker_core.types import STATE_NAMES, FloatArray
+
+
+def track_columns(result: Result) -> dict[str, FloatArray]:
+    """The columns of a run, each of shape (n_samples,), SI units.
+
+    `sample` counts from 1; then `time`; then per axis `x_true`, `x_observed`, `x_predicted`, `x_smoothed`, and the
+    further states as `x_velocity_predicted`, `x_velocity_smoothed`, ...
+    """
+    columns = {"sample": np.arange(1, len(result.truth.times) + 1), "time": result.truth.times}
+    for i, axis in enumerate(result.scenario.axes):
+        columns[f"{axis}_true"] = result.truth.positions[:, i]
+        columns[f"{axis}_observed"] = result.measurements.positions[:, i]
+        for state in range(result.gains.order):
+            name = axis if state == 0 else f"{axis}_{STATE_NAMES[state]}"
+            columns[f"{name}_predicted"] = result.track.predicted[:, i, state]
+            columns[f"{name}_smoothed"] = result.track.smoothed[:, i, state]
+    return columns
+
+
+def write_track(result: Result, stream: TextIO) -> None:
+    """Write the run as CSV: a header, then one row a sample; every digit, and empty cells for what is undefined."""
+    columns = track_columns(result)
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(columns)
+    for row in zip(*(column.tolist() for column in columns.values()), strict=True):
+        writer.writerow(["" if value != value else repr(value) for value in row])

@@ -1,0 +1,117 @@
+"""One filter function for every order, number of axes, start, gap and interval.
+
+    predict   x_pred = F(T) x_est
+    innovate  e = z - x_pred[0]
+    correct   x_est = x_pred + K e,  K[i] = g[i] / T^i
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tracker_core.checks import POSITIVE, InputError, check_choice
+from tracker_core.conventions import Gains
+from tracker_core.starts import STARTS, start_axis
+from tracker_core.types import FloatArray, Measurements, Track
+
+STOP_LIMIT = 1e12
+"""The run stops when a smoothed position passes this magnitude, m."""
+
+
+def run_filter(
+    measurements: Measurements,
+    gains: Gains,
+    *,
+    start: str = "two-point",
+    initial_state: FloatArray | None = None,
+    limit: float = STOP_LIMIT,
+) -> Track:
+    """Track every axis with the same gains.
+
+    Args:
+        measurements: n_samples by n_axes positions; NaN is bridged by prediction.
+        gains: two, three or four gains; they set the order.
+        start: a name in STARTS.
+        initial_state: shape (n_axes, order), SI units; the state one interval before the first sample. Needed by
+            the start "known" and by no other. Where the interval varies, the first one counts as that interval.
+        limit: magnitude of a smoothed position, m, at which the run stops.
+
+    Returns:
+        The track; samples after a stop are NaN.
+
+    Raises:
+        InputError: for arrays that do not fit together, times that do not increase, an axis with fewer
+            measurements than the start needs, or an unknown start.
+    """
+    z = _check_measurements(measurements)
+    _check_start(start, gains.order, initial_state, z.shape[1])
+    POSITIVE.check("limit", limit)
+    from tracker_core import kernels  # compiled code is loaded when the first filter runs
+
+    n, axes, order = z.shape[0], z.shape[1], gains.order
+    # Axis first while filtering, so that each axis is contiguous; time first on the way out.
+    predicted = np.full((axes, n, order), np.nan)
+    smoothed = np.full((axes, n, order), np.nan)
+    dt = _intervals(measurements)
+    g = gains.vector
+    stops = []
+    for axis in range(axes):
+        column = np.ascontiguousarray(z[:, axis])
+        given = None if initial_state is None else np.asarray(initial_state, dtype=np.float64)[axis]
+        state, begin = start_axis(start, column, dt, g, given, predicted[axis], smoothed[axis])
+        stops.append(
+            kernels.TRACK[order](column, dt, g, state, begin, float(limit), predicted[axis], smoothed[axis])
+        )
+    stop = min(stops)
+    predicted[:, stop + 1 :] = np.nan
+    smoothed[:, stop + 1 :] = np.nan
+    innovation = z - predicted[:, :, 0].T
+    bridged = np.isnan(z) & ~np.isnan(smoothed[:, :, 0].T)
+    return Track(
+        predicted=predicted.transpose(1, 0, 2),
+        smoothed=smoothed.transpose(1, 0, 2),
+        innovation=innovation,
+        missing=int(bridged.sum()),
+        stopped_at=stop if stop < n else None,
+        limit=float(limit),
+    )
+
+
+def _check_measurements(measurements: Measurements) -> FloatArray:
+    z = np.asarray(measurements.positions, dtype=np.float64)
+    times = np.asarray(measurements.times, dtype=np.float64)
+    if z.ndim != 2 or z.shape[1] < 1:
+        raise InputError("positions", "must have shape (n_samples, n_axes)", z.shape)
+    if times.shape != (z.shape[0],):
+        raise InputError("times", f"must have shape ({z.shape[0]},) like the positions", times.shape)
+    if np.isinf(z).any():
+        raise InputError("positions", "must be finite or NaN", "an infinite number")
+    if measurements.interval is not None:
+        POSITIVE.check("interval", measurements.interval)
+    elif len(times) > 1 and not (np.diff(times) > 0).all():
+        raise InputError("times", "must increase from sample to sample", f"{float(np.diff(times).min())} s between two")
+    elif len(times) < 2:
+        raise InputError("times", "must hold at least 2 samples where no interval is given", len(times))
+    return z
+
+
+def _check_start(start: str, order: int, initial_state: FloatArray | None, axes: int) -> None:
+    check_choice("start", start, STARTS)
+    if order < STARTS[start].least_order:
+        raise InputError("start", f"must not be '{start}' for a filter of order {order}", start)
+    if (start == "known") != (initial_state is not None):
+        raise InputError("initial_state", "must be given with the start 'known' and with no other", start)
+    if initial_state is not None:
+        state = np.asarray(initial_state)
+        if state.shape != (axes, order):
+            raise InputError("initial_state", f"must have shape ({axes}, {order})", state.shape)
+        if not np.isfinite(state).all():
+            raise InputError("initial_state", "must be finite", state.tolist())
+
+
+def _intervals(measurements: Measurements) -> FloatArray:
+    """The interval before each sample, or the one number if it is constant."""
+    if measurements.interval is not None:
+        return np.array([measurements.interval], dtype=np.float64)
+    steps = np.diff(measurements.times)
+    return np.concatenate((steps[:1], steps)).astype(np.float64)

@@ -1,0 +1,188 @@
+"""The compiled recursions: textbook loops, one axis after the other.
+
+Every kernel fills arrays made by its caller and returns the index at which it stopped, the number of samples if
+it ran to the end. `g` is normalised; `dt` holds the interval before each sample, or one number if it is constant;
+a NaN measurement is bridged by prediction. The state after the start stands in `state` and the recursion begins at
+sample `begin`. Nothing is validated here.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from tracker_core.types import FloatArray
+
+_COMPILE = {"cache": True, "nogil": True, "fastmath": False, "error_model": "numpy", "boundscheck": False}
+
+
+@njit(**_COMPILE)
+def track2(
+    z: FloatArray, dt: FloatArray, g: FloatArray, state: FloatArray, begin: int, limit: float,
+    predicted: FloatArray, smoothed: FloatArray,
+) -> int:  # fmt: skip
+    """Alpha-beta filter over one axis: z (n,), state (2,), outputs (n, 2)."""
+    n = z.shape[0]
+    varying = dt.shape[0] > 1
+    t = dt[0]
+    k0, k1 = g[0], g[1] / t
+    x, v = state[0], state[1]
+    for i in range(begin, n):
+        if varying:
+            t = dt[i]
+            k1 = g[1] / t
+        x = x + t * v
+        predicted[i, 0] = x
+        predicted[i, 1] = v
+        e = z[i] - x
+        if not np.isnan(e):
+            x = x + k0 * e
+            v = v + k1 * e
+        smoothed[i, 0] = x
+        smoothed[i, 1] = v
+        if not abs(x) <= limit:
+            return i
+    return n
+
+
+@njit(**_COMPILE)
+def track3(
+    z: FloatArray, dt: FloatArray, g: FloatArray, state: FloatArray, begin: int, limit: float,
+    predicted: FloatArray, smoothed: FloatArray,
+) -> int:  # fmt: skip
+    """Alpha-beta-gamma filter over one axis: z (n,), state (3,), outputs (n, 3)."""
+    n = z.shape[0]
+    varying = dt.shape[0] > 1
+    t = dt[0]
+    half = t * t / 2
+    k0, k1, k2 = g[0], g[1] / t, g[2] / (t * t)
+    x, v, a = state[0], state[1], state[2]
+    for i in range(begin, n):
+        if varying:
+            t = dt[i]
+            half = t * t / 2
+            k1, k2 = g[1] / t, g[2] / (t * t)
+        x = x + t * v + half * a
+        v = v + t * a
+        predicted[i, 0] = x
+        predicted[i, 1] = v
+        predicted[i, 2] = a
+        e = z[i] - x
+        if not np.isnan(e):
+            x = x + k0 * e
+            v = v + k1 * e
+            a = a + k2 * e
+        smoothed[i, 0] = x
+        smoothed[i, 1] = v
+        smoothed[i, 2] = a
+        if not abs(x) <= limit:
+            return i
+    return n
+
+
+@njit(**_COMPILE)
+def track4(
+    z: FloatArray, dt: FloatArray, g: FloatArray, state: FloatArray, begin: int, limit: float,
+    predicted: FloatArray, smoothed: FloatArray,
+) -> int:  # fmt: skip
+    """Alpha-beta-gamma-eta filter over one axis: z (n,), state (4,), outputs (n, 4)."""
+    n = z.shape[0]
+    varying = dt.shape[0] > 1
+    t = dt[0]
+    half, sixth = t * t / 2, t * t * t / 6
+    k0, k1, k2, k3 = g[0], g[1] / t, g[2] / (t * t), g[3] / (t * t * t)
+    x, v, a, j = state[0], state[1], state[2], state[3]
+    for i in range(begin, n):
+        if varying:
+            t = dt[i]
+            half, sixth = t * t / 2, t * t * t / 6
+            k1, k2, k3 = g[1] / t, g[2] / (t * t), g[3] / (t * t * t)
+        x = x + t * v + half * a + sixth * j
+        v = v + t * a + half * j
+        a = a + t * j
+        predicted[i, 0] = x
+        predicted[i, 1] = v
+        predicted[i, 2] = a
+        predicted[i, 3] = j
+        e = z[i] - x
+        if not np.isnan(e):
+            x = x + k0 * e
+            v = v + k1 * e
+            a = a + k2 * e
+            j = j + k3 * e
+        smoothed[i, 0] = x
+        smoothed[i, 1] = v
+        smoothed[i, 2] = a
+        smoothed[i, 3] = j
+        if not abs(x) <= limit:
+            return i
+    return n
+
+
+@njit(**_COMPILE)
+def least_squares_start(
+    z: FloatArray, dt: FloatArray, alpha: float, state: FloatArray, covariance: FloatArray, begin: int,
+    predicted: FloatArray, smoothed: FloatArray,
+) -> int:  # fmt: skip
+    """Growing-memory least squares over one axis until its position gain has fallen to `alpha`.
+
+    The covariance form of recursive least squares for a polynomial of degree order - 1 and unit measurement
+    variance: exact for gaps and irregular intervals. `state` (order,) and `covariance` (order, order) belong to
+    sample begin - 1 and are updated in place. Returns the index of the first sample that was not processed.
+    """
+    n, order = z.shape[0], state.shape[0]
+    varying = dt.shape[0] > 1
+    t = dt[0]
+    f = np.zeros((order, order))
+    work = np.zeros((order, order))
+    gain = np.zeros(order)
+    for i in range(begin, n):
+        if varying:
+            t = dt[i]
+        for r in range(order):
+            term = 1.0
+            for c in range(r, order):
+                if c > r:
+                    term = term * t / (c - r)
+                f[r, c] = term
+        for r in range(order):
+            total = 0.0
+            for c in range(r, order):
+                total += f[r, c] * state[c]
+            state[r] = total
+        for r in range(order):
+            for c in range(order):
+                total = 0.0
+                for k in range(r, order):
+                    total += f[r, k] * covariance[k, c]
+                work[r, c] = total
+        for r in range(order):
+            for c in range(order):
+                total = 0.0
+                for k in range(c, order):
+                    total += work[r, k] * f[c, k]
+                covariance[r, c] = total
+        observed = not np.isnan(z[i])
+        for r in range(order):
+            gain[r] = covariance[r, 0] / (covariance[0, 0] + 1.0)
+        if observed and gain[0] <= alpha:
+            # The steady filter takes this sample over, and predicts it itself.
+            state[:] = smoothed[i - 1]
+            return i
+        for r in range(order):
+            predicted[i, r] = state[r]
+        if observed:
+            e = z[i] - state[0]
+            for r in range(order):
+                state[r] += gain[r] * e
+            for r in range(order):
+                work[0, r] = covariance[0, r]
+            for r in range(order):
+                for c in range(order):
+                    covariance[r, c] -= gain[r] * work[0, c]
+        for r in range(order):
+            smoothed[i, r] = state[r]
+    return n
+
+
+TRACK = {2: track2, 3: track3, 4: track4}

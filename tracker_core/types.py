@@ -1,0 +1,71 @@
+"""The data that flows: gains, truth, measurements, track. Frozen; arrays are float64 and time comes first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+ORDERS = (2, 3, 4)
+GAIN_NAMES = ("alpha", "beta", "gamma", "eta")
+STATE_NAMES = ("position", "velocity", "acceleration", "jerk")
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What the target really did.
+
+    Attributes:
+        times: shape (n_samples,), s.
+        states: shape (n_samples, n_axes, 5): position, velocity, acceleration, jerk and snap of every axis,
+            in m, m/s, ..., m/s^4.
+    """
+
+    times: FloatArray
+    states: FloatArray
+
+    @property
+    def positions(self) -> FloatArray:
+        """Shape (n_samples, n_axes), m."""
+        return self.states[:, :, 0]
+
+
+@dataclass(frozen=True, slots=True)
+class Measurements:
+    """What the sensor said.
+
+    Attributes:
+        times: shape (n_samples,), s, strictly increasing.
+        positions: shape (n_samples, n_axes), m; NaN where a measurement is missing.
+        interval: the sampling interval in s where it is constant, else None.
+    """
+
+    times: FloatArray
+    positions: FloatArray
+    interval: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """What the filter made of the measurements.
+
+    Attributes:
+        predicted: shape (n_samples, n_axes, order), the state before the measurement of that sample was seen;
+            NaN before the filter predicts and after it was stopped.
+        smoothed: same shape, the state after it; NaN before the start and after a stop.
+        innovation: shape (n_samples, n_axes), m: measurement minus predicted position; NaN where either is missing.
+        missing: number of missing measurements (axis values) that were bridged by prediction.
+        stopped_at: index of the sample at which the magnitude of a smoothed position passed `limit`; None if none did.
+        limit: that magnitude, m.
+    """
+
+    predicted: FloatArray
+    smoothed: FloatArray
+    innovation: FloatArray
+    missing: int
+    stopped_at: int | None
+    limit: float
