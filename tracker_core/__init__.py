@@ -1,9 +1,9 @@
 """Gainscope's core: fixed-gain tracking filters, their design, stability and figures of merit.
 
-    >>> from tracker_core import Experiment, run_experiment
-    >>> result = run_experiment(Experiment.from_dict({"scenario": "garg-constant-velocity"}))
-    >>> round(result.track.smoothed[0, 0, 0], 1)
-    30194.2
+>>> from tracker_core import Experiment, run_experiment
+>>> result = run_experiment(Experiment.from_dict({"scenario": "garg-constant-velocity"}))
+>>> round(float(result.track.smoothed[0, 0, 0]), 1)
+30194.2
 """
 
 from tracker_core.checks import InputError

@@ -9,13 +9,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from tracker_core.checks import InputError
+from tracker_core.checks import POSITIVE, InputError
 from tracker_core.conventions import CONVENTIONS, Gains
 from tracker_core.design import DESIGNS
 from tracker_core.experiment import PARAMETERS, Experiment, Result, run_experiment
 from tracker_core.exports import track_columns, write_track
 from tracker_core.fields import FIELDS, INTERVAL
-from tracker_core.checks import POSITIVE
 from tracker_core.metrics import METRICS
 from tracker_core.stability import Condition, assess
 from tracker_core.types import GAIN_NAMES
@@ -149,7 +148,9 @@ def _design(options: argparse.Namespace) -> None:
     given = _given(options, PARAMETERS)
     noise = _given(options, ("process_std", "sensor_std", "interval"))
     if noise and "tracking_index" in given:
-        raise InputError("tracking_index", "must be left out where it follows from process_std", given["tracking_index"])
+        raise InputError(
+            "tracking_index", "must be left out where it follows from process_std", given["tracking_index"]
+        )
     if noise:
         given["tracking_index"] = _tracking_index(noise)
     order = FIELDS["order"].read("order", options.order) if options.order is not None else None

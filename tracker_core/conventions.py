@@ -15,7 +15,6 @@ import numpy as np
 from tracker_core.checks import Domain, InputError, check_choice
 from tracker_core.types import GAIN_NAMES, ORDERS, FloatArray
 
-
 GAIN = Domain(-1000, 1000)
 """What is taken as a gain at all: far beyond anything stable, near enough for its powers to stay finite."""
 
@@ -97,9 +96,7 @@ class Gains:
             return self
         check_choice("convention", convention, CONVENTIONS)
         return Gains(
-            tuple(
-                rewrite(value, i, self.convention, convention) for i, value in enumerate(self.values)
-            ),
+            tuple(rewrite(value, i, self.convention, convention) for i, value in enumerate(self.values)),
             convention,
         )
 

@@ -162,7 +162,7 @@ def read_experiment(values: Mapping[str, Any]) -> tuple[Experiment | None, list[
     known: dict[str, Any] = {}
     for name, value in values.items():
         if name not in FIELDS:
-            errors.append(InputError(str(name)[:40], f"must be one of the fields {', '.join(FIELDS)}", value))
+            errors.append(InputError(str(name)[:40], "is not a field of the experiment", value))
             continue
         if value is None:
             continue
@@ -221,7 +221,11 @@ def _check_sensor(experiment: Experiment) -> None:
     scenario = SCENARIOS[experiment.scenario]
     if len(experiment.noise_std) not in (1, len(scenario.axes)):
         axes = len(scenario.axes)
-        rule = "must be one number" if axes == 1 else f"must be one number, or {axes} for the axes {', '.join(scenario.axes)}"
+        rule = (
+            "must be one number"
+            if axes == 1
+            else f"must be one number, or {axes} for the axes {', '.join(scenario.axes)}"
+        )
         raise InputError("noise_std", rule, list(experiment.noise_std))
     if experiment.noise != "recorded":
         return
@@ -271,7 +275,7 @@ def _observe(
     scenario_name: str, samples: int, interval: float, noise: str, noise_std: tuple[float, ...], seed: int
 ) -> tuple[Truth, Measurements]:
     scenario = SCENARIOS[scenario_name]
-    truth = scenario.truth((scenario.first_sample + np.arange(samples)) * interval)
+    truth = scenario.truth((scenario.first_sample + np.arange(samples, dtype=np.float64)) * interval)
     if noise == "recorded" and scenario.recording is not None:
         positions = np.array(scenario.recording.positions[:samples])
     else:

@@ -85,7 +85,8 @@ FIELDS: dict[str, Field] = {
         "", "Order", "", "Number of states per axis: 2 tracks velocity, 3 acceleration, 4 jerk.",
         "whole", Domain(min(ORDERS), max(ORDERS), whole=True)),
     "convention": _choice(
-        "Gain convention", "What γ and η multiply; changing it rewrites the numbers and leaves the filter.", CONVENTIONS),
+        "Gain convention", "What γ and η multiply; changing it rewrites the numbers and leaves the filter.",
+        CONVENTIONS),
     "design": _choice("Design", "The formula that computes the gains, or manual.", [MANUAL, *DESIGNS]),
     "alpha": Field("α", "Position gain", "", "Share of the innovation that corrects the position.", "number", GAIN),
     "beta": Field("β", "Velocity gain", "", "Corrects the velocity by β e/T.", "number", GAIN),

@@ -1,8 +1,8 @@
 """One filter function for every order, number of axes, start, gap and interval.
 
-    predict   x_pred = F(T) x_est
-    innovate  e = z - x_pred[0]
-    correct   x_est = x_pred + K e,  K[i] = g[i] / T^i
+predict   x_pred = F(T) x_est
+innovate  e = z - x_pred[0]
+correct   x_est = x_pred + K e,  K[i] = g[i] / T^i
 """
 
 from __future__ import annotations
@@ -59,9 +59,7 @@ def run_filter(
         column = np.ascontiguousarray(z[:, axis])
         given = None if initial_state is None else np.asarray(initial_state, dtype=np.float64)[axis]
         state, begin = start_axis(start, column, dt, g, given, predicted[axis], smoothed[axis])
-        stops.append(
-            kernels.TRACK[order](column, dt, g, state, begin, float(limit), predicted[axis], smoothed[axis])
-        )
+        stops.append(kernels.TRACK[order](column, dt, g, state, begin, float(limit), predicted[axis], smoothed[axis]))
     stop = min(stops)
     predicted[:, stop + 1 :] = np.nan
     smoothed[:, stop + 1 :] = np.nan

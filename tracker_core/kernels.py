@@ -13,10 +13,10 @@ from numba import njit
 
 from tracker_core.types import FloatArray
 
-_COMPILE = {"cache": True, "nogil": True, "fastmath": False, "error_model": "numpy", "boundscheck": False}
+_compiled = njit(cache=True, nogil=True, fastmath=False, error_model="numpy", boundscheck=False)
 
 
-@njit(**_COMPILE)
+@_compiled
 def track2(
     z: FloatArray, dt: FloatArray, g: FloatArray, state: FloatArray, begin: int, limit: float,
     predicted: FloatArray, smoothed: FloatArray,
@@ -45,7 +45,7 @@ def track2(
     return n
 
 
-@njit(**_COMPILE)
+@_compiled
 def track3(
     z: FloatArray, dt: FloatArray, g: FloatArray, state: FloatArray, begin: int, limit: float,
     predicted: FloatArray, smoothed: FloatArray,
@@ -80,7 +80,7 @@ def track3(
     return n
 
 
-@njit(**_COMPILE)
+@_compiled
 def track4(
     z: FloatArray, dt: FloatArray, g: FloatArray, state: FloatArray, begin: int, limit: float,
     predicted: FloatArray, smoothed: FloatArray,
@@ -119,7 +119,7 @@ def track4(
     return n
 
 
-@njit(**_COMPILE)
+@_compiled
 def least_squares_start(
     z: FloatArray, dt: FloatArray, alpha: float, state: FloatArray, covariance: FloatArray, begin: int,
     predicted: FloatArray, smoothed: FloatArray,

@@ -5,7 +5,6 @@ All formulas are in normalised gains g0 ... g3 and do not depend on the sampling
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -109,9 +108,7 @@ def region_conditions(gains: Gains) -> tuple[Condition, ...]:
         Condition("4α − γ > 0", float(4 * g[0] - g[2])),
         Condition("3β − η > 0", float(3 * g[1] - g[3])),
         Condition("48 + η − 24α − 12β > 0", float(48 + g[3] - 24 * g[0] - 12 * g[1])),
-        Condition(
-            "6αβγ + 3αγ² + αγη − 6α²η − 6γ² > 0", float(product - 6 * g[0] ** 2 * g[3] - 6 * g[2] ** 2)
-        ),
+        Condition("6αβγ + 3αγ² + αγη − 6α²η − 6γ² > 0", float(product - 6 * g[0] ** 2 * g[3] - 6 * g[2] ** 2)),
     )
 
 
@@ -182,6 +179,27 @@ def beta_bounds(gains: Gains, alpha: FloatArray) -> tuple[FloatArray, FloatArray
     return np.maximum(curve, g[3] / 3), high + g[3] / 12
 
 
+def alpha_bounds(gains: Gains) -> tuple[float, float]:
+    """The open interval of alpha for which some beta is stable, with the given gamma and eta.
+
+    The two bounds on beta meet where (eta/gamma + 2) alpha^2 - (4 + gamma/2 + eta/4) alpha + gamma = 0, and that
+    factors: alpha = gamma/4 and alpha = 4 gamma/(eta + 2 gamma). The second is 2 for order 3.
+
+    Args:
+        gains: their order, gamma and eta are used; alpha and beta are not.
+
+    Returns:
+        Lower and upper bound; no alpha is stable where the lower one is not below the upper one.
+    """
+    g = gains.vector
+    if gains.order == 2:
+        return 0.0, 2.0
+    eta = g[3] if gains.order == 4 else 0.0
+    if g[2] <= 0 or (gains.order == 4 and eta <= 0):
+        return 0.0, 0.0
+    return float(g[2] / 4), float(4 * g[2] / (eta + 2 * g[2]))
+
+
 def region_slice(gains: Gains, points: int = 200) -> tuple[FloatArray, FloatArray]:
     """Border of the stable region in the (alpha, beta) plane through the given gamma and eta.
 
@@ -192,51 +210,12 @@ def region_slice(gains: Gains, points: int = 200) -> tuple[FloatArray, FloatArra
     Returns:
         Normalised alpha and beta of a closed polygon; both empty where no (alpha, beta) is stable.
     """
-    g = gains.vector
-    empty = np.empty(0), np.empty(0)
-    if gains.order > 2 and min(g[2:]) <= 0:
-        return empty
-
-    def gap(alpha: float) -> float:
-        low, high = beta_bounds(gains, np.array([alpha]))
-        return float(high[0] - low[0])
-
-    left, right = max(g[2] / 4, 0.0) if gains.order > 2 else 0.0, 2.0
+    left, right = alpha_bounds(gains)
     if left >= right:
-        return empty
-    if gains.order > 2:
-        # The lower bound is convex in alpha and the upper one linear: the stable alphas form one interval.
-        best = _maximise(gap, left, right)
-        if gap(best) <= 0:
-            return empty
-        left, right = _crossing(gap, best, left), _crossing(gap, best, right)
+        return np.empty(0), np.empty(0)
     # Closer samples where the border bends, towards the ends.
     alpha = left + (right - left) * (1 - np.cos(np.linspace(0, np.pi, points))) / 2
     low, high = beta_bounds(gains, alpha)
+    # The bounds meet at both ends, exactly but for rounding.
     high = np.maximum(low, high)
-    return (
-        np.concatenate((alpha, alpha[::-1], alpha[:1])),
-        np.concatenate((low, high[::-1], low[:1])),
-    )
-
-
-def _maximise(function: Callable[[float], float], low: float, high: float) -> float:
-    """Ternary search for the maximum of a concave function on the open interval."""
-    for _ in range(120):
-        a, b = low + (high - low) / 3, high - (high - low) / 3
-        if function(a) < function(b):
-            low = a
-        else:
-            high = b
-    return (low + high) / 2
-
-
-def _crossing(function: Callable[[float], float], inside: float, outside: float) -> float:
-    """Bisection for the last point between `inside` and `outside` at which the function is positive."""
-    for _ in range(120):
-        middle = (inside + outside) / 2
-        if function(middle) > 0:
-            inside = middle
-        else:
-            outside = middle
-    return inside
+    return np.concatenate((alpha, alpha[::-1], alpha[:1])), np.concatenate((low, high[::-1], low[:1]))

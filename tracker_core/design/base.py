@@ -30,7 +30,7 @@ class Design:
     title: str
     parameters: Mapping[str, Domain]
     formulas: Mapping[int, Callable[..., tuple[float, ...]]]
-    formula: str
+    formula: Mapping[int, str]
     source: str
     remark: str = ""
 
@@ -54,11 +54,11 @@ class Design:
         """
         if order is None and len(self.formulas) == 1:
             order = self.orders[0]
-        if order not in self.formulas:
+        if order is None or order not in self.formulas:
             raise InputError("order", f"must be {_either(self.orders)} for the design '{self.name}'", order)
-        for name in parameters:
+        for name, value in parameters.items():
             if name not in self.parameters:
-                raise InputError(name, f"must be left out for the design '{self.name}'", parameters[name])
+                raise InputError(name, f"must be left out for the design '{self.name}'", value)
         numbers = {}
         for name, domain in self.parameters.items():
             if parameters.get(name) is None:

@@ -14,6 +14,6 @@ DESIGN = Design(
     title="Benedict–Bordner",
     parameters={"alpha": Domain(0, 2, low_open=True, high_open=True)},
     formulas={2: order2},
-    formula="β = α² / (2 − α)",
+    formula={2: "β = α² / (2 − α)"},
     source="Benedict & Bordner 1962, IRE Trans. Automatic Control AC-7, 27-32; Jeong et al. 2017, eq. 7",
 )

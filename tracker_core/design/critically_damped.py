@@ -17,6 +17,6 @@ DESIGN = Design(
     title="Critically damped",
     parameters={"alpha": Domain(0, 1, low_open=True)},
     formulas={2: order2},
-    formula="β = 2 − α − 2√(1 − α)",
+    formula={2: "β = 2 − α − 2√(1 − α)"},
     source="Double root of z² + (α + β − 2)z + 1 − α; the fading-memory filter of order 2, Brookner 1998, 1.2",
 )

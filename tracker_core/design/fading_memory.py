@@ -31,11 +31,11 @@ DESIGN = Design(
     title="Fading memory",
     parameters={"xi": XI},
     formulas={2: order2, 3: order3, 4: order4},
-    formula=(
-        "order 2: α = 1 − ξ², β = (1 − ξ)²;  "
-        "order 3: α = 1 − ξ³, β = 3/2 (1 − ξ)²(1 + ξ), γ = (1 − ξ)³;  "
-        "order 4: α = 1 − ξ⁴, β = (1 − ξ)²(11 + 14ξ + 11ξ²)/6, γ = 2(1 − ξ)³(1 + ξ), η = (1 − ξ)⁴"
-    ),
+    formula={
+        2: "α = 1 − ξ²,  β = (1 − ξ)²",
+        3: "α = 1 − ξ³,  β = 3/2 (1 − ξ)²(1 + ξ),  γ = (1 − ξ)³",
+        4: "α = 1 − ξ⁴,  β = (1 − ξ)²(11 + 14ξ + 11ξ²)/6,  γ = 2(1 − ξ)³(1 + ξ),  η = (1 − ξ)⁴",
+    },
     source="Morrison 1969; Brookner 1998, table 1.2-2; Jeong et al. 2017, eq. 14-16 and 25-28",
     remark="Critically damped: every pole lies at ξ.",
 )

@@ -39,7 +39,7 @@ DESIGN = Design(
     title="Gray–Murray (exact)",
     parameters={"tracking_index": TRACKING_INDEX},
     formulas={3: order3},
-    formula="s³ + (Λ/2 − 3)s² + (Λ/2 + 3)s − 1 = 0,  α = 1 − s²,  β = 2(1 − s)²,  γ = β²/(2α)",
+    formula={3: "s³ + (Λ/2 − 3)s² + (Λ/2 + 3)s − 1 = 0,  α = 1 − s²,  β = 2(1 − s)²,  γ = β²/(2α)"},
     source="Gray & Murray 1993, IEEE Trans. Aerospace and Electronic Systems 29(3)",
     remark="Λ = σ_w T²/σ_v; the process noise is a step of acceleration at every sample.",
 )

@@ -21,7 +21,10 @@ AS_RUN = Design(
     title="Fading memory of Jeong, as run",
     parameters={"xi": fading_memory.XI},
     formulas={3: order3, 4: order4},
-    formula="order 3: eq. 14-16 with 2γ/T²;  order 4: eq. 25-28 with 2γ/T², 6η/T³",
+    formula={
+        3: "α = 1 − ξ³,  β = 3/2 (1 − ξ)²(1 + ξ),  γ = (1 − ξ)³ applied as 2γ/T²",
+        4: "α = 1 − ξ⁴,  β = (1 − ξ)²(11 + 14ξ + 11ξ²)/6,  γ = 2(1 − ξ)³(1 + ξ) applied as 2γ/T²,  η = (1 − ξ)⁴",
+    },
     source="Jeong, Njonjo & Pan 2017, eq. 14-16 and 25-28 put into eq. 6; Njonjo et al. 2016",
     remark="The acceleration gain is twice that of the fading-memory filter, so the poles are no longer equal.",
 )

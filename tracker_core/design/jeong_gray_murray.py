@@ -21,7 +21,7 @@ DESIGN = Design(
     title="Gray–Murray of Jeong (approximate)",
     parameters={"tracking_index": kalata.TRACKING_INDEX},
     formulas={3: order3},
-    formula="α, β by Kalata from Λ,  γ = β²/(2α)",
+    formula={3: "α, β by Kalata from Λ,  γ = β²/(2α)"},
     source="Jeong, Njonjo & Pan 2017, eq. 9-13",
     remark="Not the optimum of order 3: its α and β are those of order 2. The exact Gray–Murray filter is.",
 )
@@ -31,7 +31,7 @@ AS_RUN = Design(
     title="Gray–Murray of Jeong, as run",
     parameters={"tracking_index": kalata.TRACKING_INDEX},
     formulas={3: order3_as_run},
-    formula="α, β by Kalata from Λ,  γ = β²/(2α), applied as 2γ/T²",
+    formula={3: "α, β by Kalata from Λ,  γ = β²/(2α), applied as 2γ/T²"},
     source="Jeong, Njonjo & Pan 2017, eq. 9-13 put into eq. 6",
     remark="The acceleration gain is twice that of the design equations; reproduces the paper's table 5.",
 )

@@ -25,7 +25,7 @@ DESIGN = Design(
     title="Kalata",
     parameters={"tracking_index": TRACKING_INDEX},
     formulas={2: order2},
-    formula="r = (4 + Λ − √(8Λ + Λ²))/4,  α = 1 − r²,  β = 2(1 − r)²",
+    formula={2: "r = (4 + Λ − √(8Λ + Λ²))/4,  α = 1 − r²,  β = 2(1 − r)²"},
     source="Kalata 1984, IEEE Trans. Aerospace and Electronic Systems AES-20, 174-182",
     remark="Λ = σ_w T²/σ_v; the process noise is an acceleration held over the interval.",
 )

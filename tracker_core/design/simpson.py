@@ -14,7 +14,7 @@ DESIGN = Design(
     title="Simpson",
     parameters={"alpha": Domain(0, 2, low_open=True, high_open=True), "beta": POSITIVE},
     formulas={3: order3},
-    formula="2β − α(α + β + γ/2) = 0",
+    formula={3: "2β − α(α + β + γ/2) = 0"},
     source="Simpson 1963, IEEE Trans. Automatic Control AC-8, 182-183; Jeong et al. 2017, eq. 8",
     remark="With the Benedict–Bordner β the condition gives γ = 0, and a smaller β a negative γ.",
 )

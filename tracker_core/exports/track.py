@@ -8,16 +8,19 @@ from typing import TextIO
 import numpy as np
 
 from tracker_core.experiment import Result
-from tracker_core.types import STATE_NAMES, FloatArray
+from tracker_core.types import STATE_NAMES, FloatArray, IntArray
 
 
-def track_columns(result: Result) -> dict[str, FloatArray]:
+def track_columns(result: Result) -> dict[str, FloatArray | IntArray]:
     """The columns of a run, each of shape (n_samples,), SI units.
 
     `sample` counts from 1; then `time`; then per axis `x_true`, `x_observed`, `x_predicted`, `x_smoothed`, and the
     further states as `x_velocity_predicted`, `x_velocity_smoothed`, ...
     """
-    columns = {"sample": np.arange(1, len(result.truth.times) + 1), "time": result.truth.times}
+    columns: dict[str, FloatArray | IntArray] = {
+        "sample": np.arange(1, len(result.truth.times) + 1),
+        "time": result.truth.times,
+    }
     for i, axis in enumerate(result.scenario.axes):
         columns[f"{axis}_true"] = result.truth.positions[:, i]
         columns[f"{axis}_observed"] = result.measurements.positions[:, i]

@@ -25,7 +25,11 @@ def _accelerating(speed: float, onset: float, acceleration: float, times: FloatA
 
 def _scenario(name: str, title: str, speed: float, onset: float, text: str, edition: str, ranges: str) -> Scenario:
     accelerates = onset < np.inf
-    design = {"order": 3, "alpha": 0.5, "beta": 0.4, "gamma": 0.1} if accelerates else {"order": 2, "alpha": 0.2, "beta": 0.1}
+    design = (
+        {"order": 3, "alpha": 0.5, "beta": 0.4, "gamma": 0.1}
+        if accelerates
+        else {"order": 2, "alpha": 0.2, "beta": 0.1}
+    )
     return Scenario(
         name=name,
         title=title,

@@ -22,7 +22,9 @@ FIRST_SPEED = 50.4
 DRIFT = 10.0
 
 # Amplitude, multiple of w, and whether a sine (else a cosine).
-X_TERMS = ((10.0, 1.2, True), (7.0, 0.99, False), (8.0, 0.7, True), (6.0, 2.0, False), (9.0, 3.0, True), (5.0, 3.0, False))  # fmt: skip
+X_TERMS = (
+    (10.0, 1.2, True), (7.0, 0.99, False), (8.0, 0.7, True), (6.0, 2.0, False), (9.0, 3.0, True), (5.0, 3.0, False),
+)  # fmt: skip
 Y_TERMS = ((20.0, 0.3, False), (22.0, 2.0, True))
 
 _Terms = tuple[tuple[float, float, bool], ...]

@@ -1,0 +1,97 @@
+"""Gainscope: builds the server. `python app.py` serves it.
+
+The only place that reads settings: GAINSCOPE_HOST (default 127.0.0.1) and GAINSCOPE_PORT (default 8050).
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from pathlib import Path
+
+import uvicorn
+from dash import Dash, register_page
+from fastapi import FastAPI
+from fastapi.responses import JSONResponse
+
+from layouts import shell
+from layouts.pages import explore
+from tracker_core import Experiment, run_experiment
+from tracker_core.checks import Domain, InputError
+from tracker_core.starts import STARTS
+from tracker_core.types import ORDERS
+
+ROOT = Path(__file__).parent
+PAGES = (explore,)
+PORT = Domain(1, 65535, whole=True)
+
+READY = threading.Event()
+"""Set when the first user no longer has to wait for a compiler."""
+
+
+def build() -> Dash:
+    """The application with all pages, health routes and callbacks."""
+    server = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+    _add_health(server)
+    app = Dash(
+        "gainscope",
+        server=server,
+        backend="fastapi",
+        use_pages=True,
+        pages_folder="",
+        assets_folder=str(ROOT / "assets"),
+        assets_ignore=shell.THEME_SCRIPT,
+        index_string=shell.INDEX,
+        title="Gainscope",
+        update_title="",
+        meta_tags=[{"name": "viewport", "content": "width=device-width, initial-scale=1"}],
+    )
+    for page in PAGES:
+        register_page(page.__name__, path=page.PATH, name=page.NAME, title=page.TITLE, layout=page.layout)
+        page.register(app)
+    app.layout = shell.frame
+    # Callbacks are otherwise registered by the first page load, and a socket that comes earlier fails.
+    app._setup_server()
+    return app
+
+
+def _add_health(server: FastAPI) -> None:
+    @server.get("/livez")
+    async def livez() -> JSONResponse:
+        return JSONResponse({"status": "alive"})
+
+    @server.get("/readyz")
+    async def readyz() -> JSONResponse:
+        ready = READY.is_set()
+        return JSONResponse({"status": "ready" if ready else "compiling"}, status_code=200 if ready else 503)
+
+
+def warm_up() -> None:
+    """Compile every kernel, then say that the server is ready."""
+    for order in ORDERS:
+        for start in STARTS.values():
+            if order >= start.least_order:
+                run_experiment(
+                    Experiment.from_dict({"order": order, "xi": 0.8, "start": start.name, "samples": 20})
+                )
+    READY.set()
+
+
+def main() -> int:
+    """Serve until stopped."""
+    host = os.environ.get("GAINSCOPE_HOST", "127.0.0.1")
+    try:
+        port = int(PORT.check("GAINSCOPE_PORT", os.environ.get("GAINSCOPE_PORT", "8050")))
+    except InputError as error:
+        print(f"gainscope: {error}", file=sys.stderr)
+        return 2
+    app = build()
+    threading.Thread(target=warm_up, name="warm-up", daemon=True).start()
+    print(f"Gainscope on http://{host}:{port}", flush=True)
+    uvicorn.run(app.server, host=host, port=port, log_level="warning", timeout_graceful_shutdown=5)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,54 @@
+// Moves the lines of a drawn plot without plotly: the new coordinates go straight into the existing SVG elements.
+// A full redraw follows when the hand rests; until then zooming or hovering sees the previous data.
+(function () {
+  "use strict";
+
+  const rounded = (pixel) => Math.round(pixel * 10) / 10;
+
+  function outline(xs, ys, xaxis, yaxis) {
+    let path = "";
+    let pen = "M";
+    for (let i = 0; i < xs.length; i++) {
+      if (xs[i] !== xs[i] || ys[i] !== ys[i]) {
+        pen = "M";
+        continue;
+      }
+      path += `${pen}${rounded(xaxis.c2p(xs[i]))},${rounded(yaxis.c2p(ys[i]))}`;
+      pen = "L";
+    }
+    return path || "M0,0";
+  }
+
+  function movePoints(points, xs, ys, xaxis, yaxis) {
+    let next = 0;
+    for (let i = 0; i < xs.length && next < points.length; i++) {
+      if (xs[i] !== xs[i] || ys[i] !== ys[i]) continue;
+      points[next++].setAttribute("transform", `translate(${rounded(xaxis.c2p(xs[i]))},${rounded(yaxis.c2p(ys[i]))})`);
+    }
+  }
+
+  // `lines`: index of the trace, and its x and y as typed arrays, for every trace that moved.
+  function drawLines(plot, lines) {
+    if (!plot || !plot._fullLayout) return;
+    const { xaxis, yaxis } = plot._fullLayout;
+    for (const [index, xs, ys] of lines) {
+      const trace = plot._fullData[index];
+      const group = trace && plot.querySelector(`.scatterlayer .trace${trace.uid}`);
+      if (!group) continue;
+      const strokes = group.querySelectorAll(".js-line, .js-fill");
+      if (strokes.length) {
+        const path = outline(xs, ys, xaxis, yaxis);
+        const drawn = new Set();
+        for (const stroke of strokes) {
+          const kind = stroke.classList[0];
+          // A line with gaps may have been drawn in several pieces; one is enough.
+          stroke.setAttribute("d", drawn.has(kind) ? "M0,0" : path);
+          drawn.add(kind);
+        }
+      }
+      movePoints(group.querySelectorAll(".point"), xs, ys, xaxis, yaxis);
+    }
+  }
+
+  window.gainscope = Object.assign(window.gainscope || {}, { drawLines });
+})();

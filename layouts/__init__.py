@@ -1,0 +1,1 @@
+"""The web laboratory on top of tracker_core."""

@@ -1,0 +1,174 @@
+"""The parts that pages are put together from.
+
+Inputs are native elements, so that keyboard, touch and screen readers work as everywhere else; Dash has no component
+for them, so a placeholder carries their attributes and assets/explore.js puts the element into it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from dash import dcc, html
+from dash.development.base_component import Component
+
+GRAPH_CONFIG: dict[str, Any] = {
+    "displaylogo": False,
+    "responsive": True,
+    "scrollZoom": False,
+    "modeBarButtonsToRemove": ["select2d", "lasso2d", "autoScale2d"],
+}
+
+
+def tip(text: str, sentence: str, role: str = "") -> Component:
+    """A term that explains itself on hover, focus and tap."""
+    return html.Span(
+        text, className=f"tip {role}".strip(), tabIndex=0, **{"data-tip": sentence, "aria-description": sentence}
+    )
+
+
+def error_line(page: str, name: str) -> Component:
+    """Where the message about a field appears."""
+    return html.Div(id=f"{page}-{name}-error", className="field-error", role="alert")
+
+
+def select_field(
+    page: str, name: str, label: str, sentence: str, options: Sequence[tuple[str, str]], groups: Sequence[str] = ()
+) -> Component:
+    """A labelled native menu.
+
+    Args:
+        page: prefix of the id.
+        name: of the control.
+        label, sentence: what it is, in short and plainly.
+        options: value and title of every choice.
+        groups: per option the heading it stands under; empty for none.
+    """
+    return html.Div(
+        [
+            html.Label(label, htmlFor=f"{page}-{name}", **{"data-tip": sentence}, className="tip"),
+            html.Select(_options(options, groups), id=f"{page}-{name}", **{"data-control": name}),
+            error_line(page, name),
+        ],
+        className=f"field field-{name}",
+    )
+
+
+def _options(options: Sequence[tuple[str, str]], groups: Sequence[str]) -> list[Component]:
+    if not groups:
+        return [html.Option(title, value=value) for value, title in options]
+    parts: list[Component] = []
+    for heading in dict.fromkeys(groups):
+        inside = [
+            html.Option(title, value=value)
+            for (value, title), group in zip(options, groups, strict=True)
+            if group == heading
+        ]
+        parts += [html.Optgroup(inside, label=heading)] if heading else inside
+    return parts
+
+
+def box_field(page: str, name: str, label: str, sentence: str, unit: str = "") -> Component:
+    """A labelled box for a number."""
+    caption = f"{label} ({unit})" if unit else label
+    return html.Div(
+        [
+            html.Label(caption, htmlFor=f"{page}-{name}", **{"data-tip": sentence}, className="tip"),
+            box(page, name, caption),
+            error_line(page, name),
+        ],
+        className=f"field field-{name}",
+    )
+
+
+def box(page: str, name: str, label: str) -> Component:
+    """Placeholder of a number box."""
+    return html.Div(
+        className="placeholder",
+        **{"data-input": "box", "data-id": f"{page}-{name}", "data-control": name, "data-label": label},
+    )
+
+
+def slider_field(page: str, name: str, symbol: str, title: str, sentence: str) -> Component:
+    """A gain: symbol, slider and number box in one row."""
+    return html.Div(
+        [
+            html.Label(
+                [html.Span(symbol, className="symbol"), html.Span(title, className="visually-hidden")],
+                htmlFor=f"{page}-{name}-slider",
+                className="tip",
+                **{"data-tip": f"{title}. {sentence}"},
+            ),
+            html.Div(
+                className="placeholder slider",
+                **{
+                    "data-input": "slider", "data-id": f"{page}-{name}-slider", "data-control": name,
+                    "data-label": f"{symbol} {title}",
+                },
+            ),
+            box(page, name, f"{symbol} {title}, number"),
+            html.Span(className="owner", id=f"{page}-{name}-owner"),
+            error_line(page, name),
+        ],
+        className=f"gain gain-{name}",
+        id=f"{page}-{name}-row",
+    )  # fmt: skip
+
+
+def metric_card(name: str, title: str, sentence: str) -> Component:
+    """A figure of merit, filled in by the page's script: value, and change since the pin."""
+    return html.Div(
+        [
+            tip(title, sentence, "metric-title"),
+            html.Div("–", className="metric-value"),
+            html.Div(className="metric-change"),
+        ],
+        className="metric",
+        **{"data-metric": name},
+    )
+
+
+def table(caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Component:
+    """A table of numbers; the first cell of a row names it."""
+    return html.Div(
+        html.Table(
+            [
+                html.Caption(caption),
+                html.Thead(html.Tr([html.Th(cell, scope="col") for cell in head])),
+                html.Tbody(
+                    [html.Tr([html.Th(row[0], scope="row"), *(html.Td(cell) for cell in row[1:])]) for row in rows]
+                ),
+            ]
+        ),
+        className="table-frame",
+        tabIndex=0,
+        role="region",
+        **{"aria-label": caption},
+    )
+
+
+def plot_card(graph_id: str, title: str, label: str, tools: Sequence[Component] = (), below: Sequence[Component] = ()) -> Component:
+    """A plot with its heading and its own controls.
+
+    Args:
+        graph_id: of the dcc.Graph.
+        title: heading.
+        label: what a screen reader is told that the plot shows.
+        tools: controls in the heading.
+        below: controls under the plot.
+    """
+    return html.Section(
+        [
+            html.Div([html.H2(title, id=f"{graph_id}-title"), *tools], className="card-head"),
+            html.Div(
+                dcc.Graph(id=graph_id, figure={"data": [], "layout": {}}, config=GRAPH_CONFIG, className="plot"),
+                role="img",
+                className="plot-frame",
+                **{"aria-label": label},
+            ),
+            *below,
+        ],
+        className="card plot-card",
+        id=f"{graph_id}-card",
+        **{"aria-labelledby": f"{graph_id}-title"},
+    )

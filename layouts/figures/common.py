@@ -1,0 +1,95 @@
+"""What the figures share: arrays in plotly's binary form, the four kinds of traces, what moves with a slider."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from layouts.theme import hollow, line
+from tracker_core.types import FloatArray
+
+Figure = dict[str, Any]
+Path = tuple[str | int, ...]
+
+DRAWN_SAMPLES = 5_000
+"""More samples than this are thinned out for drawing; metrics never are."""
+
+DRAWN_MARKERS = 350
+"""Of more measurements than this only every n-th is marked where a whole run is shown; the close-up marks all."""
+
+SERIES = ("truth", "observed", "predicted", "smoothed")
+NAMES = {"truth": "True", "observed": "Observed", "predicted": "Predicted", "smoothed": "Smoothed"}
+
+
+def packed(values: FloatArray) -> dict[str, str]:
+    """An array as plotly's typed array of 32-bit floats."""
+    return {"dtype": "f4", "bdata": base64.b64encode(np.ascontiguousarray(values, dtype="f4")).decode("ascii")}
+
+
+def drawn(samples: int) -> slice:
+    """The samples that are drawn of a run of that length: all, or every n-th."""
+    return slice(None, None, max(1, -(-samples // DRAWN_SAMPLES)))
+
+
+def thinned(samples: int) -> slice:
+    """The measurements that a whole run shows: all, or every n-th; markers are what makes a plot slow."""
+    return slice(None, None, max(1, -(-samples // DRAWN_MARKERS)))
+
+
+def trace(kind: str, x: FloatArray, y: FloatArray, theme: str, **more: Any) -> dict[str, Any]:
+    """One of the four series: the same colour, line and marker on every plot."""
+    base: dict[str, Any] = {"type": "scatter", "name": NAMES[kind], "x": packed(x), "y": packed(y)}
+    if kind == "observed":
+        base |= {"mode": "markers", "marker": hollow(theme)}
+    else:
+        base |= {"mode": "lines", "line": line(kind, theme)}
+    return base | more
+
+
+def moving(figure: Figure, paths: Iterable[Path]) -> list[tuple[Path, Any]]:
+    """The parts of a figure that change with the gains, each with the path to it."""
+    parts = []
+    for path in paths:
+        value: Any = figure
+        for key in path:
+            value = value[key]
+        parts.append((path, value))
+    return parts
+
+
+def xy(*indices: int) -> tuple[Path, ...]:
+    """Paths to the coordinates of some traces."""
+    return tuple(("data", index, axis) for index in indices for axis in ("x", "y"))
+
+
+def moving_traces(paths: Iterable[Path]) -> list[int]:
+    """Of the parts that move, the traces whose coordinates do."""
+    return [int(path[1]) for path in paths if path[0] == "data" and path[2] == "x"]
+
+
+def coordinates(values: dict[str, str] | list[float]) -> FloatArray:
+    """The coordinates of a trace as 32-bit floats."""
+    if isinstance(values, dict):
+        return np.frombuffer(base64.b64decode(values["bdata"]), dtype="f4")
+    return np.array(values, dtype="f4")
+
+
+def padded_range(values: FloatArray, margin: float = 0.05) -> list[float]:
+    """An axis range that shows all finite values with a margin."""
+    finite = values[np.isfinite(values)]
+    if not finite.size:
+        return [-1.0, 1.0]
+    low, high = float(finite.min()), float(finite.max())
+    pad = margin * (high - low) or max(abs(high), 1.0) * margin
+    return [low - pad, high + pad]
+
+
+def clipped(values: FloatArray, limit: float) -> FloatArray:
+    """Values for drawing: beyond the limit nothing is drawn, so that a diverging run cannot spoil an axis."""
+    return np.where(np.abs(values) <= limit, values, np.nan)
+
+
+META: Path = ("layout", "meta")

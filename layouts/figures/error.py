@@ -1,0 +1,107 @@
+"""The distance to the truth over time."""
+
+from __future__ import annotations
+
+from math import floor, log10
+from typing import Any
+
+import numpy as np
+
+from layouts.figures.common import META, Figure, drawn, padded_range, trace, xy
+from layouts.state import View
+from layouts.theme import layout, tokens
+from tracker_core import Result
+from tracker_core.metrics import distances
+from tracker_core.types import FloatArray
+
+MOVING = (META, *xy(0, 1, 2, 3, 5), ("layout", "yaxis", "range"))
+SHORT_RUN = 80
+"""Runs of up to so many samples are shown sample by sample, longer ones as a running RMS as well."""
+
+
+def error_figure(result: Result, view: View, theme: str, key: str, meta: dict[str, Any]) -> Figure:
+    """Distance of prediction and smoothed position from the truth against time, with the level of the measurements.
+
+    Args:
+        result: the run.
+        view: what of it is looked at.
+        theme: "light" or "dark".
+        key: as long as it stays the same, the user's zoom is kept.
+        meta: what the page knows of this drawing; put into the layout.
+    """
+    times, truth = result.truth.times, result.truth.positions
+    rows = drawn(len(times))
+    raw = distances(result.measurements.positions - truth)
+    errors = {
+        "predicted": distances(result.track.predicted[:, :, 0] - truth),
+        "smoothed": distances(result.track.smoothed[:, :, 0] - truth),
+    }
+    level = float(np.sqrt(np.nanmean(raw**2)))
+    top = _scale(level, errors["predicted"])
+    width = window(len(times))
+    cursor = float(times[view.cursor(len(times))])
+    data = []
+    for kind in errors:
+        faint = trace(kind, times[rows], _visible(errors[kind], top)[rows], theme, opacity=0.3, showlegend=False)
+        faint["line"] = {**faint["line"], "dash": "solid", "width": 1}
+        data.append(faint if width > 1 else faint | {"visible": False})
+    for kind, values in errors.items():
+        smooth = running_rms(_visible(values, top), width)
+        data.append(trace(kind, times[rows], smooth[rows], theme))
+    data += [
+        {
+            "type": "scatter", "mode": "lines", "x": [float(times[0]), float(times[-1])], "y": [level, level],
+            "line": {"color": tokens(theme)["observed"], "width": 2, "dash": "dot"},
+            "name": "Raw RMSE", "hovertemplate": "measurement RMSE %{y:.4g} m<extra></extra>",
+        },
+        {
+            "type": "scatter", "mode": "lines", "x": [cursor, cursor], "y": [0, 100 * top],
+            "line": {"color": tokens(theme)["marker"], "width": 1.5}, "hoverinfo": "skip", "showlegend": False,
+        },
+    ]  # fmt: skip
+    return {
+        "data": data,
+        "layout": layout(
+            theme,
+            uirevision=key,
+            meta=meta | {"first": 0, "every": rows.step, "every_marker": rows.step},
+            legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
+            margin={"l": 56, "r": 12, "t": 34, "b": 40},
+            xaxis={"title": {"text": "time (s)"}, "range": padded_range(times, 0.02)},
+            yaxis={"title": {"text": "distance to the truth (m)"}, "range": [0, top]},
+        ),
+    }
+
+
+def window(samples: int) -> int:
+    """Length of the running RMS for a run: odd, about a fortieth of it; 1 for short runs."""
+    return 1 if samples <= SHORT_RUN else samples // 80 * 2 + 1
+
+
+def running_rms(values: FloatArray, width: int) -> FloatArray:
+    """Root mean square over a centred window of `width` samples, shape as given; NaN only where all are NaN."""
+    if width == 1:
+        return values
+    known = np.isfinite(values)
+    sums, counts = (
+        np.concatenate(([0.0], np.cumsum(part))) for part in (np.where(known, values, 0.0) ** 2, known.astype(float))
+    )
+    last = np.minimum(np.arange(len(values)) + width // 2 + 1, len(values))
+    first = np.maximum(np.arange(len(values)) - width // 2, 0)
+    count = counts[last] - counts[first]
+    mean = np.maximum(sums[last] - sums[first], 0) / np.maximum(count, 1)
+    return np.where(count > 0, np.sqrt(mean), np.nan)
+
+
+def _scale(level: float, tracking: FloatArray) -> float:
+    """The top of the axis: a round number, so that it seldom moves while the gains do."""
+    finite = tracking[np.isfinite(tracking)]
+    noise = 4 * level
+    usual = 1.1 * float(np.quantile(finite, 0.98)) if finite.size else 0.0
+    wanted = max(noise, min(usual, 50 * noise or usual)) or 1.0
+    power = 10.0 ** floor(log10(wanted))
+    return next(step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * power >= wanted * (1 - 1e-9))
+
+
+def _visible(values: FloatArray, top: float) -> FloatArray:
+    return np.where(values <= 1e4 * top, values, np.nan)

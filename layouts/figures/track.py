@@ -1,0 +1,195 @@
+"""The path, its close-up around one sample, and one state of one axis against time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from layouts.figures.common import META, SERIES, Figure, clipped, drawn, padded_range, thinned, trace, xy
+from layouts.state import View
+from layouts.theme import hollow, layout, line, tokens
+from tracker_core import Result
+from tracker_core.types import STATE_NAMES, FloatArray
+
+CLOSE_UP_SAMPLES = 30
+UNITS = ("m", "m/s", "m/s²", "m/s³")
+
+PATH_MOVING = (META, *xy(2, 3, 4))
+CLOSE_UP_MOVING = (META, *xy(0, 1, 2, 3, 4), ("layout", "xaxis", "range"), ("layout", "yaxis", "range"))
+AXIS_MOVING = (META, *xy(2, 3, 4))
+
+
+def _positions(result: Result, view: View) -> dict[str, FloatArray]:
+    """The four series, deviations from the truth exaggerated as the view asks."""
+    truth = result.truth.positions
+    series = {
+        "truth": truth,
+        "observed": result.measurements.positions,
+        "predicted": result.track.predicted[:, :, 0],
+        "smoothed": result.track.smoothed[:, :, 0],
+    }
+    if view.exaggerate != 1:
+        series = {name: truth + view.exaggerate * (values - truth) for name, values in series.items()}
+    return series
+
+
+def _plane(result: Result, positions: FloatArray, rows: slice) -> tuple[FloatArray, FloatArray]:
+    """Horizontal and vertical coordinate: x and y, or time and the only axis."""
+    if positions.shape[1] == 1:
+        return result.truth.times[rows], positions[rows, 0]
+    return positions[rows, 0], positions[rows, 1]
+
+
+def _titles(result: Result) -> tuple[str, str]:
+    axes = result.scenario.axes
+    return ("time (s)", f"{axes[0]} (m)") if len(axes) == 1 else (f"{axes[0]} (m)", f"{axes[1]} (m)")
+
+
+def _reach(values: FloatArray) -> float:
+    """A magnitude well outside the picture."""
+    return 100 * float(np.abs(values[np.isfinite(values)]).max(initial=1.0))
+
+
+def _axes(result: Result, x_range: list[float], y_range: list[float]) -> dict[str, Any]:
+    x_title, y_title = _titles(result)
+    y_axis: dict[str, Any] = {"title": {"text": y_title}, "range": y_range}
+    if len(result.scenario.axes) > 1:
+        y_axis["scaleanchor"] = "x"
+    return {"xaxis": {"title": {"text": x_title}, "range": x_range}, "yaxis": y_axis}
+
+
+def path_figure(result: Result, view: View, theme: str, key: str, meta: dict[str, Any]) -> Figure:
+    """The whole path: x against y on equal scales, or the only axis against time.
+
+    Args:
+        result: the run.
+        view: what of it is looked at.
+        theme: "light" or "dark".
+        key: as long as it stays the same, the user's zoom is kept.
+        meta: what the page knows of this drawing; put into the layout.
+    """
+    series = _positions(result, view)
+    rows = drawn(len(result.truth.times))
+    limit = _reach(np.concatenate((series["truth"], series["observed"])))
+    planes = {kind: _plane(result, clipped(series[kind], limit), rows) for kind in SERIES}
+    # The axes are those of truth and measurements: they must not move while the gains do.
+    still_x, still_y = (np.concatenate([planes[kind][i] for kind in ("truth", "observed")]) for i in (0, 1))
+    cursor = view.cursor(len(result.truth.times))
+    here = _plane(result, series["truth"], slice(cursor, cursor + 1))
+    t = tokens(theme)
+    some = thinned(len(result.truth.times))
+    data = [trace(kind, *planes[kind], theme) for kind in SERIES]
+    data[1] = trace("observed", *_plane(result, series["observed"], some), theme, marker=hollow(theme, 4))
+    data.append(
+        {
+            "type": "scatter", "mode": "markers", "x": [float(here[0][0])], "y": [float(here[1][0])],
+            "marker": {"symbol": "square-open", "size": 16, "color": t["marker"], "line": {"width": 2}},
+            "name": "Close-up", "hoverinfo": "skip", "showlegend": False,
+        }
+    )  # fmt: skip
+    return {
+        "data": data,
+        "layout": layout(
+            theme,
+            uirevision=key,
+            meta=meta | {"first": 0, "every": rows.step, "every_marker": some.step},
+            legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
+            margin={"l": 60, "r": 12, "t": 34, "b": 40},
+            **_axes(result, padded_range(still_x), padded_range(still_y)),
+        ),
+    }
+
+
+def close_up_rows(samples: int, cursor: int) -> slice:
+    """The samples of the close-up: some thirty, the chosen one in their middle where the run allows it."""
+    first = max(0, min(cursor - CLOSE_UP_SAMPLES // 2, samples - CLOSE_UP_SAMPLES - 1))
+    return slice(first, first + CLOSE_UP_SAMPLES + 1)
+
+
+def close_up_figure(result: Result, view: View, theme: str, key: str, meta: dict[str, Any]) -> Figure:
+    """Some thirty samples around the one looked at, so that metres show on a path of kilometres.
+
+    Arguments as for `path_figure`.
+    """
+    series = _positions(result, view)
+    samples = len(result.truth.times)
+    cursor = view.cursor(samples)
+    rows = close_up_rows(samples, cursor)
+    limit = _reach(np.concatenate((series["truth"], series["observed"])))
+    planes = {kind: _plane(result, clipped(series[kind], limit), rows) for kind in SERIES}
+    ranges = [padded_range(np.concatenate([planes[kind][i] for kind in ("truth", "observed")]), 0.1) for i in (0, 1)]
+    here = _plane(result, clipped(series["smoothed"], limit), slice(cursor, cursor + 1))
+    data = [
+        trace("truth", *planes["truth"], theme),
+        trace("observed", *planes["observed"], theme),
+        trace("predicted", *planes["predicted"], theme),
+        trace("smoothed", *planes["smoothed"], theme),
+        {
+            "type": "scatter", "mode": "markers", "x": here[0].tolist(), "y": here[1].tolist(),
+            "marker": {"symbol": "circle-open", "size": 13, "color": tokens(theme)["marker"], "line": {"width": 2}},
+            "name": "This sample", "hoverinfo": "skip",
+        },
+    ]  # fmt: skip
+    data[0]["mode"] = data[2]["mode"] = data[3]["mode"] = "lines+markers"
+    data[0]["marker"] = {"size": 4, "color": tokens(theme)["truth"]}
+    data[1]["marker"] = hollow(theme, 8)
+    data[2]["marker"] = {"size": 4, "color": tokens(theme)["predicted"]}
+    data[3]["marker"] = {"size": 5, "color": tokens(theme)["smoothed"]}
+    return {
+        "data": data,
+        "layout": layout(
+            theme,
+            uirevision=f"{key}|{cursor}|{view.exaggerate}",
+            meta=meta | {"first": rows.start, "every": 1, "every_marker": 1},
+            showlegend=False,
+            margin={"l": 60, "r": 12, "t": 34, "b": 40},
+            **_axes(result, ranges[0], ranges[1]),
+        ),
+    }
+
+
+def axis_figure(result: Result, view: View, theme: str, key: str, meta: dict[str, Any]) -> Figure:
+    """One state of one axis against time: true, predicted, smoothed, and observed where it is the position.
+
+    Arguments as for `path_figure`.
+    """
+    times = result.truth.times
+    rows, some = drawn(len(times)), thinned(len(times))
+    truth = result.truth.states[:, view.axis, view.quantity]
+    observed = result.measurements.positions[:, view.axis] if view.quantity == 0 else np.full_like(truth, np.nan)
+    predicted = result.track.predicted[:, view.axis, view.quantity]
+    smoothed = result.track.smoothed[:, view.axis, view.quantity]
+    limit = _reach(np.concatenate((truth, observed, [np.nanmax(np.abs(truth), initial=1.0)])))
+    data = [
+        trace("truth", times[rows], truth[rows], theme),
+        trace("observed", times[some], observed[some], theme, visible=view.quantity == 0, marker=hollow(theme, 4)),
+        trace("predicted", times[rows], clipped(predicted, limit)[rows], theme),
+        trace("smoothed", times[rows], clipped(smoothed, limit)[rows], theme),
+    ]
+    low_high = padded_range(np.concatenate((truth, observed, _typical(smoothed))), 0.08)
+    cursor = float(times[view.cursor(len(times))])
+    data.append(
+        {
+            "type": "scatter", "mode": "lines", "x": [cursor, cursor], "y": low_high,
+            "line": {"color": tokens(theme)["marker"], "width": 1.5}, "hoverinfo": "skip",
+        }
+    )  # fmt: skip
+    name = f"{result.scenario.axes[view.axis]} {STATE_NAMES[view.quantity]}" if view.quantity else result.scenario.axes[view.axis]
+    return {
+        "data": data,
+        "layout": layout(
+            theme,
+            uirevision=f"{key}|{view.axis}|{view.quantity}",
+            meta=meta | {"first": 0, "every": rows.step, "every_marker": some.step},
+            showlegend=False,
+            xaxis={"title": {"text": "time (s)"}, "range": padded_range(times, 0.02)},
+            yaxis={"title": {"text": f"{name} ({UNITS[view.quantity]})"}, "range": low_high},
+        ),
+    }
+
+
+def _typical(values: FloatArray) -> FloatArray:
+    """The middle 98 % of the finite values: a transient at the start must not set the scale."""
+    finite = values[np.isfinite(values) & (np.abs(values) < 1e9)]
+    return np.quantile(finite, [0.01, 0.99]) if finite.size else finite

@@ -1,0 +1,62 @@
+"""What stands around every page: head of the document, header, navigation, theme switch."""
+
+from __future__ import annotations
+
+from dash import dcc, html, page_container, page_registry
+from dash.development.base_component import Component
+
+INDEX = """<!DOCTYPE html>
+<html lang="en">
+<head>
+{%metas%}
+<title>{%title%}</title>
+{%favicon%}
+<script src="assets/theme.js"></script>
+{%css%}
+</head>
+<body>
+<a class="skip" href="#main">Skip to the page</a>
+{%app_entry%}
+<noscript>Gainscope draws in the browser and needs JavaScript.</noscript>
+{%config%}
+{%scripts%}
+{%renderer%}
+</body>
+</html>"""
+
+THEME_SCRIPT = "theme.js"
+"""Stands in the head, so that the first paint has the right colours; the other scripts come after the page."""
+
+
+def frame() -> Component:
+    """The page of the application, with a place for the present page in it."""
+    links = [
+        html.Li(dcc.Link(page["name"], href=page["relative_path"])) for page in page_registry.values()
+    ]
+    return html.Div(
+        [
+            html.Header(
+                [
+                    html.Div(
+                        [
+                            html.Img(src="assets/favicon.svg", alt="", width=26, height=26),
+                            html.Span("Gainscope", className="brand"),
+                            html.Span("fixed-gain tracking filters", className="claim"),
+                        ],
+                        className="brand-block",
+                    ),
+                    html.Nav(html.Ul(links), **{"aria-label": "Pages"}) if len(links) > 1 else None,
+                    html.Div(
+                        [
+                            html.Button("Copy link", id="copy-link", type="button", className="quiet"),
+                            html.Button(id="theme-switch", type="button", className="quiet", **{"aria-label": "Switch between light and dark"}),
+                        ],
+                        className="header-tools",
+                    ),
+                ],
+                className="header",
+            ),
+            html.Main(page_container, id="main"),
+        ],
+        className="app",
+    )

@@ -1,0 +1,55 @@
+"""Numbers and messages as a person reads them."""
+
+from __future__ import annotations
+
+from math import floor, isfinite, log10
+
+from tracker_core import METRICS, InputError
+from tracker_core.fields import FIELDS
+
+
+def significant(value: float, digits: int = 4) -> str:
+    """A number to some significant digits, thousands grouped, no exponent between 0.0001 and 10 million.
+
+    Whole digits before the point are never rounded away below 10 million.
+    """
+    if not isfinite(value):
+        return "–"
+    if value == 0:
+        return "0"
+    magnitude = floor(log10(abs(value)))
+    if not -5 < magnitude < 7:
+        return f"{value:.{digits - 1}e}".replace("-", "−")
+    return f"{value:,.{max(0, digits - 1 - magnitude)}f}".replace("-", "−")
+
+
+def metric_text(name: str, value: float | None) -> str:
+    """A metric with its unit; a dash where it is not defined."""
+    unit = METRICS[name].unit
+    if value is None:
+        return "–"
+    return f"{significant(value)} {unit}".rstrip()
+
+
+def change_text(name: str, value: float | None, pinned: float | None) -> tuple[str, str]:
+    """The change of a metric since the pin, and its tone: "better", "worse" or "same"."""
+    if value is None or pinned is None or not (isfinite(value) and isfinite(pinned)):
+        return "–", "same"
+    difference = value - pinned
+    if abs(difference) <= 1e-12 * max(abs(value), abs(pinned)):
+        return "no change", "same"
+    sign = "+" if difference > 0 else "−"
+    text = f"{sign}{significant(abs(difference), 3)}"
+    if METRICS[name].unit != "%" and pinned:
+        text += f" ({sign}{abs(difference / pinned) * 100:.1f} %)"
+    better = (difference < 0) == METRICS[name].lower_is_better
+    return text, "better" if better else "worse"
+
+
+def error_text(error: InputError) -> str:
+    """A message for beside the field: the field by its label, the rule, the value received."""
+    field = FIELDS.get(error.field)
+    label = (field.symbol or field.title) if field else error.field
+    received = error.received
+    shown = "nothing" if received in (None, "") else f"“{str(received)[:40]}”"
+    return f"{label} {error.rule}, got {shown}."
