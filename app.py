@@ -36,7 +36,7 @@ def build() -> Dash:
     _add_health(server)
     app = Dash(
         "gainscope",
-        server=server,
+        server=server,  # type: ignore[arg-type]
         backend="fastapi",
         use_pages=True,
         pages_folder="",
@@ -72,9 +72,7 @@ def warm_up() -> None:
     for order in ORDERS:
         for start in STARTS.values():
             if order >= start.least_order:
-                run_experiment(
-                    Experiment.from_dict({"order": order, "xi": 0.8, "start": start.name, "samples": 20})
-                )
+                run_experiment(Experiment.from_dict({"order": order, "xi": 0.8, "start": start.name, "samples": 20}))
     READY.set()
 
 

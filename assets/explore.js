@@ -72,7 +72,7 @@
 
   function boxText(value) {
     if (typeof value !== "number") return value === null || value === undefined ? "" : String(value);
-    return Number.isInteger(value) ? String(value) : String(Number(value.toPrecision(6)));
+    return Number.isInteger(value) ? String(value) : String(Number(value.toPrecision(5)));
   }
 
   function show(name, from) {

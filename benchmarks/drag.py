@@ -80,5 +80,5 @@ def drag(page: Page, moves: int, rate: float) -> Drag:
         changes=len(changed),
         drawn=len(set(shown) - {-1}),
         delays=np.array(delays),
-        last_drawn=bool(len(shown)) and shown[-1] == len(changed) - 1,
+        last_drawn=bool(shown) and shown[-1] == len(changed) - 1,
     )

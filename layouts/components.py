@@ -12,7 +12,7 @@ from typing import Any
 from dash import dcc, html
 from dash.development.base_component import Component
 
-GRAPH_CONFIG: dict[str, Any] = {
+GRAPH_CONFIG: Any = {
     "displaylogo": False,
     "responsive": True,
     "scrollZoom": False,
@@ -89,6 +89,14 @@ def box(page: str, name: str, label: str) -> Component:
     )
 
 
+def slider(page: str, name: str, label: str) -> Component:
+    """Placeholder of a slider."""
+    return html.Div(
+        className="placeholder slider",
+        **{"data-input": "slider", "data-id": f"{page}-{name}-slider", "data-control": name, "data-label": label},
+    )
+
+
 def slider_field(page: str, name: str, symbol: str, title: str, sentence: str) -> Component:
     """A gain: symbol, slider and number box in one row."""
     return html.Div(
@@ -99,13 +107,7 @@ def slider_field(page: str, name: str, symbol: str, title: str, sentence: str) -
                 className="tip",
                 **{"data-tip": f"{title}. {sentence}"},
             ),
-            html.Div(
-                className="placeholder slider",
-                **{
-                    "data-input": "slider", "data-id": f"{page}-{name}-slider", "data-control": name,
-                    "data-label": f"{symbol} {title}",
-                },
-            ),
+            slider(page, name, f"{symbol} {title}"),
             box(page, name, f"{symbol} {title}, number"),
             html.Span(className="owner", id=f"{page}-{name}-owner"),
             error_line(page, name),
@@ -147,7 +149,9 @@ def table(caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> C
     )
 
 
-def plot_card(graph_id: str, title: str, label: str, tools: Sequence[Component] = (), below: Sequence[Component] = ()) -> Component:
+def plot_card(
+    graph_id: str, title: str, label: str, tools: Sequence[Component] = (), below: Sequence[Component] = ()
+) -> Component:
     """A plot with its heading and its own controls.
 
     Args:

@@ -30,9 +30,7 @@ THEME_SCRIPT = "theme.js"
 
 def frame() -> Component:
     """The page of the application, with a place for the present page in it."""
-    links = [
-        html.Li(dcc.Link(page["name"], href=page["relative_path"])) for page in page_registry.values()
-    ]
+    links = [html.Li(dcc.Link(page["name"], href=page["relative_path"])) for page in page_registry.values()]
     return html.Div(
         [
             html.Header(
@@ -49,7 +47,12 @@ def frame() -> Component:
                     html.Div(
                         [
                             html.Button("Copy link", id="copy-link", type="button", className="quiet"),
-                            html.Button(id="theme-switch", type="button", className="quiet", **{"aria-label": "Switch between light and dark"}),
+                            html.Button(
+                                id="theme-switch",
+                                type="button",
+                                className="quiet",
+                                **{"aria-label": "Switch between light and dark"},
+                            ),
                         ],
                         className="header-tools",
                     ),

@@ -7,6 +7,9 @@ from math import floor, isfinite, log10
 from tracker_core import METRICS, InputError
 from tracker_core.fields import FIELDS
 
+GREAT = 10
+"""A change of so many times the pinned value is given as a factor instead of in percent."""
+
 
 def significant(value: float, digits: int = 4) -> str:
     """A number to some significant digits, thousands grouped, no exponent between 0.0001 and 10 million.
@@ -19,7 +22,8 @@ def significant(value: float, digits: int = 4) -> str:
         return "0"
     magnitude = floor(log10(abs(value)))
     if not -5 < magnitude < 7:
-        return f"{value:.{digits - 1}e}".replace("-", "−")
+        mantissa, exponent = f"{value:.{min(digits, 3) - 1}e}".split("e")
+        return f"{mantissa}e{int(exponent)}".replace("-", "−")
     return f"{value:,.{max(0, digits - 1 - magnitude)}f}".replace("-", "−")
 
 
@@ -41,7 +45,8 @@ def change_text(name: str, value: float | None, pinned: float | None) -> tuple[s
     sign = "+" if difference > 0 else "−"
     text = f"{sign}{significant(abs(difference), 3)}"
     if METRICS[name].unit != "%" and pinned:
-        text += f" ({sign}{abs(difference / pinned) * 100:.1f} %)"
+        share = abs(difference / pinned)
+        text += f" ({sign}{share * 100:.1f} %)" if share < GREAT else f" (× {significant(value / pinned, 2)})"
     better = (difference < 0) == METRICS[name].lower_is_better
     return text, "better" if better else "worse"
 

@@ -26,7 +26,7 @@ NAMES = {"truth": "True", "observed": "Observed", "predicted": "Predicted", "smo
 
 def packed(values: FloatArray) -> dict[str, str]:
     """An array as plotly's typed array of 32-bit floats."""
-    return {"dtype": "f4", "bdata": base64.b64encode(np.ascontiguousarray(values, dtype="f4")).decode("ascii")}
+    return {"dtype": "f4", "bdata": base64.b64encode(np.asarray(values, dtype="f4").tobytes()).decode("ascii")}
 
 
 def drawn(samples: int) -> slice:

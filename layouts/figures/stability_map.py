@@ -11,7 +11,13 @@ from layouts.theme import layout, tokens
 from tracker_core import Result
 from tracker_core.stability import region_slice
 
-MOVING = (META, *xy(0, 1, 2), ("data", 2, "marker", "color"), ("data", 2, "marker", "symbol"), ("layout", "annotations"))
+MOVING = (
+    META,
+    *xy(0, 1, 2),
+    ("data", 2, "marker", "color"),
+    ("data", 2, "marker", "symbol"),
+    ("layout", "annotations"),
+)
 
 
 def stability_figure(result: Result, theme: str, meta: dict[str, Any]) -> Figure:

@@ -8,7 +8,7 @@ import numpy as np
 
 from layouts.figures.common import META, SERIES, Figure, clipped, drawn, padded_range, thinned, trace, xy
 from layouts.state import View
-from layouts.theme import hollow, layout, line, tokens
+from layouts.theme import hollow, layout, tokens
 from tracker_core import Result
 from tracker_core.types import STATE_NAMES, FloatArray
 
@@ -175,7 +175,11 @@ def axis_figure(result: Result, view: View, theme: str, key: str, meta: dict[str
             "line": {"color": tokens(theme)["marker"], "width": 1.5}, "hoverinfo": "skip",
         }
     )  # fmt: skip
-    name = f"{result.scenario.axes[view.axis]} {STATE_NAMES[view.quantity]}" if view.quantity else result.scenario.axes[view.axis]
+    name = (
+        f"{result.scenario.axes[view.axis]} {STATE_NAMES[view.quantity]}"
+        if view.quantity
+        else result.scenario.axes[view.axis]
+    )
     return {
         "data": data,
         "layout": layout(

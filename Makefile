@@ -1,0 +1,56 @@
+# Every verb sets up what it needs in .venv from the locked requirements, and is quick when nothing changed.
+
+SHELL := bash
+python := .venv/bin/python
+# A browser and its server keep two processors busy: more at a time is no faster and makes waiting tests fail.
+browser_workers := $(shell echo $$(( $$(getconf _NPROCESSORS_ONLN) / 2 )))
+# A second BLAS thread beside a busy neighbour makes small products many times slower.
+export OPENBLAS_NUM_THREADS := 1
+
+.PHONY: help serve test test-without-browser test-browser lint bench init lock development
+.DEFAULT_GOAL := help
+
+help:
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-6s %s\n", $$1, $$2 }' Makefile
+
+serve: ## serve the laboratory on http://127.0.0.1:8050
+	@scripts/environment.sh serve
+	@exec $(python) app.py
+
+# The browser tests are run whether or not the others pass, after them: beside them they would be slow and restless.
+test: development ## run all tests
+	@$(MAKE) --no-print-directory --keep-going -j1 test-without-browser test-browser
+
+test-without-browser: development
+	$(python) -m pytest -n auto --maxprocesses 8 --ignore tests/browser
+
+test-browser: development
+	@chromium=$$(scripts/chromium.sh) || exit 1; \
+	if [ -n "$$chromium" ]; then \
+	    set -x; GAINSCOPE_CHROMIUM=$$chromium $(python) -m pytest -n $(browser_workers) --maxprocesses 4 tests/browser; \
+	else \
+	    printf '\n*** THE BROWSER TESTS WERE NOT RUN: there is no Chromium, see above. ***\n\n'; \
+	fi
+
+lint: development ## check style, types and who imports whom
+	$(python) -m ruff check
+	$(python) -m ruff format --check
+	$(python) -m mypy
+	.venv/bin/lint-imports --no-logo
+
+bench: development ## measure the program
+	@chromium=$$(scripts/chromium.sh) || exit 1; \
+	set -x; GAINSCOPE_CHROMIUM=$$chromium $(python) -m benchmarks
+
+init: development ## set up everything for development
+	@scripts/chromium.sh >/dev/null
+
+development:
+	@scripts/environment.sh dev
+
+# After a change of the dependencies in pyproject.toml; `make lock UPGRADE=--upgrade` takes the newest of all. Needs uv.
+locking := uv pip compile pyproject.toml --quiet --universal --python-version 3.11 --generate-hashes --no-header $(UPGRADE)
+
+lock:
+	$(locking) --extra web -o requirements/serve.txt
+	$(locking) --extra web --group test --group lint -c requirements/serve.txt -o requirements/dev.txt

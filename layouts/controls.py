@@ -1,0 +1,263 @@
+"""The rules of the Explore controls.
+
+The browser sends every control as it stands and the names of those a hand has moved; `resolve` turns that into a
+valid experiment and the controls as they should now stand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from layouts.state import VIEW_FIELDS, Settings, read_view
+from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment, InputError
+from tracker_core.conventions import GAIN, rewrite
+from tracker_core.design import MANUAL
+from tracker_core.experiment import DEFAULTS, PARAMETERS, read_experiment
+from tracker_core.fields import FIELDS
+from tracker_core.papers import papers
+from tracker_core.types import GAIN_NAMES, STATE_NAMES
+
+TEXT_LIMIT = 200
+SENSOR_FIELDS = ("samples", "interval", "noise", "noise_std")
+
+SPARE_GAINS: dict[str, float] = {
+    "alpha": 0.5,
+    "beta": 0.2,
+    "gamma": 0.05,
+    "eta": 0.005,
+    "xi": 0.64,
+    "tracking_index": 0.1,
+}
+"""Where a slider stands that nothing has set yet; gains normalised."""
+
+
+@dataclass(frozen=True, slots=True)
+class Resolution:
+    """The outcome of one change of the controls.
+
+    Attributes:
+        controls: every control as it should stand now; numbers at full precision, rejected entries as they came.
+        settings: what they describe, or None while something is wrong.
+        errors: what is wrong.
+        note: what the rules changed on their own, in one sentence; may be empty.
+    """
+
+    controls: dict[str, Any]
+    settings: Settings | None
+    errors: tuple[InputError, ...]
+    note: str = ""
+
+
+def controls_of(settings: Settings) -> dict[str, Any]:
+    """Every control as it stands for these settings."""
+    experiment, axes = settings.experiment, SCENARIOS[settings.experiment.scenario].axes
+    controls: dict[str, Any] = {
+        name: rewrite(SPARE_GAINS[name], GAIN_NAMES.index(name), "normalised", experiment.convention)
+        if name in GAIN_NAMES
+        else SPARE_GAINS[name]
+        for name in PARAMETERS
+    }
+    controls.update(experiment.to_dict())
+    controls["noise_std"] = ", ".join(
+        f"{value:g}" if float(f"{value:g}") == value else repr(value) for value in experiment.noise_std
+    )
+    controls.update(dict(zip(GAIN_NAMES, experiment.gains().values, strict=False)))
+    controls["written"] = experiment.convention
+    controls["preset"] = preset_of(experiment)
+    controls["axis"] = axes[settings.view.axis]
+    controls["quantity"] = STATE_NAMES[settings.view.quantity]
+    controls["exaggerate"] = str(settings.view.exaggerate)
+    controls["at"] = settings.view.cursor(experiment.samples) + 1
+    return controls
+
+
+def preset_of(experiment: Experiment) -> str:
+    """Key of the paper's run that this experiment is, or an empty string."""
+    return next((key for key, run in presets().items() if run == experiment), "")
+
+
+def presets() -> dict[str, Experiment]:
+    """Every run of the source documents by key."""
+    return {f"{paper.name}/{run.name}": run.experiment for paper in papers().values() for run in paper.runs}
+
+
+def resolve(controls: Mapping[str, Any], changed: Iterable[str], pin: Mapping[str, Any] | None = None) -> Resolution:
+    """Apply the rules of the page to a change of its controls.
+
+    A design owns the gains it computes: moving one of them by hand makes the design manual; moving xi or the tracking
+    index in a design without it chooses one that has it. Changing the order keeps the design where it serves that
+    order. Changing the convention rewrites the gains. A scenario brings its own sensor settings, a preset everything.
+
+    Args:
+        controls: every control by name, as `controls_of` gave them or as the user left them.
+        changed: names of the controls that were moved since the last call.
+        pin: an experiment as plain values, if one is pinned.
+    """
+    draft = _Draft({str(name): _tame(value) for name, value in controls.items()}, set(changed))
+    draft.apply()
+    experiment, errors = read_experiment(draft.experiment_values())
+    if experiment is None:
+        return Resolution(draft.controls, None, tuple(errors), draft.note)
+    view_values = {name: draft.controls.get(name) for name in VIEW_FIELDS}
+    if draft.new_target:
+        view_values = {"exaggerate": view_values["exaggerate"]}
+    elif "samples" in draft.changed and "at" not in draft.changed:
+        view_values.pop("at")
+    view, _ = read_view(view_values, experiment)
+    if view.at == experiment.samples // 2:
+        view = replace(view, at=None)
+    pinned = read_experiment(pin)[0] if pin is not None else None
+    settings = Settings(experiment, view, pinned)
+    kept = {name: draft.controls[name] for name in PARAMETERS if name in draft.controls}
+    return Resolution({**controls_of(settings), **_unused(kept, experiment)}, settings, (), draft.note)
+
+
+def _tame(value: Any) -> Any:
+    """Nothing longer than a field needs."""
+    if isinstance(value, str):
+        return value[:TEXT_LIMIT].strip()
+    return value if isinstance(value, int | float | None) and not isinstance(value, bool) else str(value)[:TEXT_LIMIT]
+
+
+def _unused(kept: dict[str, Any], experiment: Experiment) -> dict[str, Any]:
+    """Sliders that the experiment does not use stay where they were, as far as they hold a number."""
+    used = set(GAIN_NAMES[: experiment.order])
+    if experiment.design != MANUAL:
+        used |= set(DESIGNS[experiment.design].parameters)
+    return {name: value for name, value in kept.items() if name not in used and _number(value) is not None}
+
+
+def _number(value: Any) -> float | None:
+    try:
+        return GAIN.check("", value)
+    except InputError:
+        return None
+
+
+@dataclass(slots=True)
+class _Draft:
+    """Controls while the rules are applied to them."""
+
+    controls: dict[str, Any]
+    changed: set[str]
+    notes: list[str] = field(default_factory=list)
+    new_target: bool = False
+
+    @property
+    def note(self) -> str:
+        return " ".join(self.notes)
+
+    def apply(self) -> None:
+        preset = presets().get(str(self.controls.get("preset"))) if "preset" in self.changed else None
+        if preset is not None:
+            self.new_target = preset.scenario != self.controls.get("scenario")
+            self.controls.update(controls_of(Settings(preset)))
+            return
+        if "scenario" in self.changed and self.controls.get("scenario") in SCENARIOS:
+            self._take_sensor()
+        self._rewrite_gains()
+        if "order" in self.changed:
+            self._keep_design()
+        elif "design" in self.changed:
+            self._keep_order()
+        self._hand_over()
+        self._keep_start()
+
+    @property
+    def order(self) -> int:
+        try:
+            return int(FIELDS["order"].read("order", self.controls.get("order")))
+        except InputError:
+            return int(DEFAULTS["order"])
+
+    def _takes(self) -> tuple[str, ...]:
+        design = self.controls.get("design")
+        return tuple(DESIGNS[design].parameters) if design in DESIGNS else GAIN_NAMES[: self.order]
+
+    def _take_sensor(self) -> None:
+        usual = {**DEFAULTS, **SCENARIOS[self.controls["scenario"]].defaults}
+        for name in (*SENSOR_FIELDS, "start"):
+            self.controls[name] = usual[name]
+        self.controls["noise_std"] = ",".join(map(str, usual["noise_std"]))
+        self.new_target = True
+
+    def _rewrite_gains(self) -> None:
+        written, wanted = self.controls.get("written"), self.controls.get("convention")
+        if written == wanted or written not in CONVENTIONS or wanted not in CONVENTIONS:
+            return
+        for index, name in enumerate(GAIN_NAMES):
+            value = _number(self.controls.get(name))
+            if value is not None:
+                self.controls[name] = rewrite(value, index, written, wanted)
+        self.controls["written"] = wanted
+
+    def _keep_design(self) -> None:
+        """After a change of order: the same design, its counterpart of that order, or manual."""
+        design = self.controls.get("design")
+        if design not in DESIGNS or self.order in DESIGNS[design].formulas:
+            return
+        counterpart = index_design(self.order)
+        if "tracking_index" in DESIGNS[design].parameters and counterpart is not None:
+            self.controls["design"] = counterpart
+        else:
+            self.controls["design"] = MANUAL
+        self.notes.append(
+            f"{DESIGNS[design].title} has no order {self.order}; "
+            f"the design is now {design_title(self.controls['design'])}."
+        )
+
+    def _keep_order(self) -> None:
+        """After a change of design: an order that it serves."""
+        design = self.controls.get("design")
+        if design in DESIGNS and self.order not in DESIGNS[design].formulas:
+            self.controls["order"] = DESIGNS[design].orders[0]
+            self.notes.append(f"{DESIGNS[design].title} is a filter of order {self.controls['order']}.")
+
+    def _hand_over(self) -> None:
+        """A control moved by hand that the design does not read changes the design."""
+        moved = [name for name in PARAMETERS if name in self.changed and name not in self._takes()]
+        for name in moved:
+            if name in self._takes():
+                continue
+            if name == "xi":
+                self.controls["design"] = "fading-memory"
+            elif name == "tracking_index":
+                design = index_design(self.order)
+                if design is None:
+                    continue
+                self.controls["design"] = design
+            elif GAIN_NAMES.index(name) < self.order:
+                self.controls["design"] = MANUAL
+            else:
+                continue
+            symbol = FIELDS[name].symbol
+            self.notes.append(f"You moved {symbol}: the design is now {design_title(self.controls['design'])}.")
+
+    def _keep_start(self) -> None:
+        start = self.controls.get("start")
+        if start in STARTS and self.order < STARTS[start].least_order:
+            self.controls["start"] = "two-point"
+            self.notes.append(
+                f"{STARTS[start].title} needs order {STARTS[start].least_order}: starting with two points."
+            )
+
+    def experiment_values(self) -> dict[str, Any]:
+        """The fields that the present design reads, none of the others."""
+        read = {name for name in FIELDS if name not in PARAMETERS} | set(self._takes())
+        return {
+            name: ("" if self.controls.get(name) is None else self.controls[name])
+            for name in FIELDS
+            if name in read and name in self.controls
+        }
+
+
+def index_design(order: int) -> str | None:
+    """The design from a tracking index for an order, None where there is none."""
+    return {2: "kalata", 3: "gray-murray"}.get(order)
+
+
+def design_title(name: str) -> str:
+    """Title of a design for sentences and menus."""
+    return DESIGNS[name].title if name in DESIGNS else "Manual"

@@ -1,0 +1,98 @@
+"""The fields of the experiment: one description for menus, flags, links and messages."""
+
+import dataclasses
+
+import pytest
+
+from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment, InputError
+from tracker_core.experiment import DEFAULTS, PARAMETERS
+from tracker_core.fields import FIELDS
+from tracker_core.noise import NOISES
+
+CHOICES = {
+    "scenario": list(SCENARIOS),
+    "noise": list(NOISES),
+    "start": list(STARTS),
+    "convention": list(CONVENTIONS),
+    "design": ["manual", *DESIGNS],
+}
+
+
+def test_fields_are_those_of_the_experiment_in_its_order():
+    assert list(FIELDS) == [field.name for field in dataclasses.fields(Experiment)]
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_field_is_described(name):
+    field = FIELDS[name]
+    assert field.title
+    assert field.sentence.endswith(".")
+    assert field.kind in {"number", "whole", "numbers", "choice"}
+    assert bool(field.choices) == (field.kind == "choice")
+    assert field.domain.whole == (field.kind == "whole")
+
+
+@pytest.mark.parametrize("name", CHOICES)
+def test_choices_are_the_registry(name):
+    assert list(FIELDS[name].choices) == CHOICES[name]
+    for choice in CHOICES[name]:
+        assert FIELDS[name].read(name, choice) == choice
+
+
+@pytest.mark.parametrize("name", sorted(DEFAULTS))
+def test_defaults_are_admitted(name):
+    assert FIELDS[name].read(name, DEFAULTS[name]) == DEFAULTS[name]
+
+
+def test_every_design_parameter_is_a_field():
+    assert {name for design in DESIGNS.values() for name in design.parameters} <= set(PARAMETERS) <= set(FIELDS)
+
+
+@pytest.mark.parametrize("value", [200, 200.0, "200", "2e2"], ids=repr)
+def test_whole_numbers_become_integers(value):
+    number = FIELDS["samples"].read("samples", value)
+    assert number == 200
+    assert type(number) is int
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        (10, (10.0,)),
+        ("10", (10.0,)),
+        ("10,20", (10.0, 20.0)),
+        (" 1 , 2 ", (1.0, 2.0)),
+        ([1, "2"], (1.0, 2.0)),
+        ((0,), (0.0,)),
+    ],
+    ids=repr,
+)
+def test_numbers_are_one_or_one_per_axis(value, expected):
+    assert FIELDS["noise_std"].read("noise_std", value) == expected
+
+
+@pytest.mark.parametrize(
+    "value", ["10,", ",", "", [], [1] * 9, [None], [[1]], None, True, "1;2", [float("nan")], -1], ids=repr
+)
+def test_other_numbers_are_refused(value):
+    with pytest.raises(InputError) as caught:
+        FIELDS["noise_std"].read("noise_std", value)
+    assert caught.value.field == "noise_std"
+
+
+@pytest.mark.parametrize("name", [name for name, field in FIELDS.items() if field.kind != "choice"])
+@pytest.mark.parametrize("value", ["ten", None, False, float("inf")], ids=repr)
+def test_every_number_field_names_itself(name, value):
+    with pytest.raises(InputError) as caught:
+        FIELDS[name].read(name, value)
+    assert caught.value.field == name
+    assert caught.value.rule.startswith("must be")
+
+
+@pytest.mark.parametrize("name", CHOICES)
+@pytest.mark.parametrize("value", ["no-such-name", None, 1, ["first"]], ids=repr)
+def test_every_choice_field_names_itself(name, value):
+    with pytest.raises(InputError) as caught:
+        FIELDS[name].read(name, value)
+    assert caught.value.field == name
+    assert caught.value.rule == f"must be one of {', '.join(CHOICES[name])}"

@@ -1,0 +1,179 @@
+"""Targets: derivatives belong together, published numbers come out, recordings are the printed ones."""
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from tracker_core import SCENARIOS, Experiment, run_experiment
+from tracker_core.scenarios.jeong_ship import parameters
+from tracker_core.scenarios.polynomial import polynomial
+
+NAMES = list(SCENARIOS)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_scenario_is_described(name):
+    scenario = SCENARIOS[name]
+    assert scenario.name == name
+    assert scenario.title
+    assert scenario.source
+    assert scenario.description.endswith(".")
+    assert len(set(scenario.axes)) == len(scenario.axes) >= 1
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_scenario_runs_as_it_comes(name):
+    result = run_experiment(Experiment.from_dict({"scenario": name}))
+    assert result.verdict.stable
+    assert result.track.stopped_at is None
+    assert result.truth.states.shape == (result.experiment.samples, len(SCENARIOS[name].axes), 5)
+    assert None not in result.metrics.to_dict().values()
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("derivative", range(4))
+def test_every_state_is_the_derivative_of_the_one_before(name, derivative):
+    """Central differences; an onset of acceleration is kept out of their span."""
+    times = np.linspace(1.3, 700.3, 400)
+    times = times[(np.abs(times - 20) > 1) & (np.abs(times - 15) > 1)]
+    step = 0.02
+    before, at, after = (SCENARIOS[name].truth(times + shift).states for shift in (-step, 0, step))
+    slope = (after - before)[:, :, derivative] / (2 * step)
+    # The error of a difference: a third derivative times step^2/6, and the rounding of the larger state.
+    scale = np.abs(at[:, :, derivative]).max() * 1e-16 / step + np.abs(at[:, :, derivative + 1]).max() * 1e-6
+    assert np.abs(slope - at[:, :, derivative + 1]).max() <= 10 * scale + 1e-12
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_truth_depends_on_time_alone(name):
+    times = np.array([5.0, 10.0, 400.0])
+    together = SCENARIOS[name].truth(times).states
+    for row, time in enumerate(times):
+        assert np.array_equal(SCENARIOS[name].truth(np.array([time])).states[0], together[row])
+
+
+# The ship of Jeong, Njonjo & Pan 2017 ------------------------------------------------------------------------------
+
+
+def test_jeong_parameters_follow_from_the_printed_numbers():
+    a, b, w = parameters()
+    assert a == pytest.approx(31.8333, abs=5e-5)
+    assert b == pytest.approx(51.92, abs=1e-12)
+    assert w == pytest.approx(0.016507563, abs=5e-10)
+    # What they follow from: 18a, 20b and the first speed.
+    assert 18 * a == pytest.approx(573, rel=1e-14, abs=0)
+    assert 20 * b == pytest.approx(1038.4, rel=1e-14, abs=0)
+    assert math.hypot(44.6 * a * w + 10, 44 * b * w) == pytest.approx(50.4, rel=1e-14, abs=0)
+
+
+def test_jeong_first_position_and_speed_are_the_printed_ones():
+    first = SCENARIOS["jeong-ship"].truth(np.array([0.0])).states[0]
+    assert first[:, 0] == pytest.approx([573, 1038.4], rel=1e-13, abs=0)
+    assert math.hypot(*first[:, 1]) == pytest.approx(50.4, rel=1e-13, abs=0)
+
+
+def test_jeong_mean_and_greatest_speed():
+    """30.1 and 53.3 m/s over the thousand samples of the paper."""
+    experiment = Experiment.from_dict({"scenario": "jeong-ship"})
+    assert (experiment.samples, experiment.interval) == (1000, 3.0)
+    speeds = np.hypot(*run_experiment(experiment).truth.states[:, :, 1].T)
+    assert speeds.mean() == pytest.approx(30.1, abs=0.05)
+    assert speeds.max() == pytest.approx(53.3, abs=0.05)
+
+
+@pytest.mark.parametrize("time", [0, 3, 333, 2997])
+@pytest.mark.parametrize("derivative", range(5))
+def test_jeong_motion_is_equations_29_and_30(time, derivative):
+    """Written out again, and differentiated by mpmath."""
+    a, b, w = map(mp.mpf, parameters())
+
+    def x(t):
+        return (
+            a
+            * (
+                10 * mp.sin(mp.mpf("1.2") * w * t)
+                + 7 * mp.cos(mp.mpf(".99") * w * t)
+                + 8 * mp.sin(mp.mpf(".7") * w * t)
+                + 6 * mp.cos(2 * w * t)
+                + 9 * mp.sin(3 * w * t)
+                + 5 * mp.cos(3 * w * t)
+            )
+            + 10 * t
+        )
+
+    def y(t):
+        return b * (20 * mp.cos(mp.mpf(".3") * w * t) + 22 * mp.sin(2 * w * t))
+
+    with mp.workdps(50):
+        expected = [float(mp.diff(axis, time, derivative)) for axis in (x, y)]
+    found = SCENARIOS["jeong-ship"].truth(np.array([float(time)])).states[0, :, derivative]
+    # A sum of sines cancels: the scale is that of its amplitudes.
+    scale = [31.8 * 45 * (3 * float(w)) ** derivative + 10 * time, 52 * 42 * (2 * float(w)) ** derivative]
+    assert (np.abs(found - expected) <= 1e-13 * np.array(scale)).all()
+
+
+# Garg's aircraft ---------------------------------------------------------------------------------------------------
+
+RANGES = {
+    "garg-constant-velocity": "30171 30353 30756 30799 31018 31278 31276 31379 31748 32175",
+    "garg-constant-velocity-earlier": "30110 30265 30740 30750 31135 31015 31180 31610 31960 31865",
+    "garg-accelerating": "30221 30453 30906 30999 31368 31978 32526 33379 34698 36275",
+    "garg-accelerating-earlier": "30160 30365 30890 31050 31785 32215 33130 34510 36010 37265",
+}
+
+
+@pytest.mark.parametrize("name", RANGES)
+def test_garg_ranges_are_the_recorded_ones(name):
+    recording = SCENARIOS[name].recording
+    assert recording.interval == 5
+    assert [value for (value,) in recording.positions] == [float(text) for text in RANGES[name].split()]
+
+
+@pytest.mark.parametrize("name", RANGES)
+def test_garg_samples_are_at_five_ten_fifteen_seconds(name):
+    result = run_experiment(Experiment.from_dict({"scenario": name}))
+    assert result.truth.times.tolist() == [5.0 * k for k in range(1, 11)]
+
+
+@pytest.mark.parametrize("name", ["garg-constant-velocity", "garg-constant-velocity-earlier"])
+def test_garg_constant_velocity_truth(name):
+    """30 km away, receding at 40 m/s."""
+    truth = SCENARIOS[name].truth(np.array([0.0, 5.0, 50.0]))
+    assert truth.positions[:, 0].tolist() == [30_000, 30_200, 32_000]
+    assert truth.states[:, 0, 1:].tolist() == [[40, 0, 0, 0]] * 3
+
+
+def test_garg_accelerating_truth():
+    """50 m/s for 20 s, then 8 m/s^2."""
+    truth = SCENARIOS["garg-accelerating"].truth(np.array([0.0, 20.0, 30.0, 50.0]))
+    assert truth.positions[:, 0].tolist() == [30_000, 31_000, 31_900, 36_100]
+    assert truth.states[:, 0, 1].tolist() == [50, 50, 130, 290]
+    assert truth.states[:, 0, 2].tolist() == [0, 0, 8, 8]
+
+
+# Polynomial targets ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("length", [1, 2, 3, 4, 5])
+def test_polynomial_motion_is_the_taylor_series(length):
+    start = np.array([700.0, -12.0, 3.0, 0.4, -0.05])[:length]
+    times = np.linspace(-20, 60, 33)
+    states = polynomial((tuple(start), (1.0,)), times)
+    series = np.polynomial.Polynomial([value / math.factorial(k) for k, value in enumerate(start)])
+    for derivative in range(5):
+        expected = series.deriv(derivative)(times)
+        assert states[:, 0, derivative] == pytest.approx(expected, rel=1e-12, abs=1e-9)
+    assert states[:, 1].tolist() == [[1, 0, 0, 0, 0]] * 33
+
+
+def test_constant_velocity_and_acceleration_are_what_they_say():
+    times = np.linspace(0, 200, 7)
+    straight, curved = (SCENARIOS[f"constant-{kind}"].truth(times).states for kind in ("velocity", "acceleration"))
+    assert (straight[:, :, 1] == straight[0, :, 1]).all()
+    assert not straight[:, :, 2:].any()
+    assert (curved[:, :, 2] == curved[0, :, 2]).all()
+    assert np.hypot(*curved[0, :, 2]) == pytest.approx(1.8, abs=0.05)
+    assert np.hypot(*straight[0, :, 1]) == pytest.approx(128, abs=0.5)
+    assert not curved[:, :, 3:].any()
