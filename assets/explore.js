@@ -14,7 +14,7 @@
 
   // Plots by how often they follow a moving slider.
   const ALWAYS = ["explore-path", "explore-close-up"];
-  const OTHERS = ["explore-error", "explore-axis", "explore-stability"];
+  const OTHERS = ["explore-error", "explore-time", "explore-stability"];
 
   const NUMBERS = "explore-numbers";
 
@@ -142,6 +142,8 @@
 
   // `live` changes come many to the second, from a slider that moves.
   function edit(name, value, from, live) {
+    if (name !== page.touched) text("note", "");
+    page.touched = name;
     page.values[name] = value;
     page.changed.add(name);
     show(name, from);
@@ -213,6 +215,10 @@
     clearTimeout(page.resting);
     if (page.busy || page.waiting) return;
     if (!page.stale.size) {
+      if (!isDrawn()) {
+        page.resting = setTimeout(settle, 30);
+        return;
+      }
       if (location.search !== (page.link ? `?${page.link}` : "")) {
         history.replaceState(history.state, "", page.link ? `?${page.link}` : location.pathname);
       }
@@ -222,6 +228,14 @@
     const rest = page.editedAt + REST - performance.now();
     if (rest > 0) page.resting = setTimeout(settle, rest);
     else send([page.stale.values().next().value]);
+  }
+
+  // Dash answers before plotly has drawn.
+  function isDrawn() {
+    return Object.entries(page.due).every(([plot, seq]) => {
+      const drawn = document.querySelector(`#${plot} .js-plotly-plot`);
+      return drawn && drawn._fullLayout && drawn._fullLayout.meta && drawn._fullLayout.meta.seq >= seq;
+    });
   }
 
   function begin(data) {
@@ -236,6 +250,7 @@
       sentAt: 0,
       seq: 0,
       drawn: {},
+      due: {},
       stale: new Set(),
       socket: null,
       live: false,
@@ -246,11 +261,11 @@
       experiment: null,
       link: null,
       reader: 0,
-      notes: data.notes.join(" "),
+      touched: "",
     };
     hydrate(document.getElementById("explore"));
     for (const name of Object.keys(page.values)) show(name);
-    text("note", page.notes);
+    text("note", data.notes.join(" "));
     if (page.socket === null) connect();
     send();
     return data.controls.scenario;
@@ -268,9 +283,9 @@
       if (moved || rescaled) show(name, document.activeElement === element(`${name}-slider`) ? document.activeElement : null);
     }
     const elsewhere = showErrors(answer.errors);
-    const note = [elsewhere, answer.note, page.notes].filter(Boolean).join(" ");
-    if (note || !page.waiting) text("note", note);
-    page.notes = "";
+    // A note stays until another control is touched.
+    const note = [elsewhere, answer.note].filter(Boolean).join(" ");
+    if (note) text("note", note);
     if (answer.ok) report(answer, numbers);
     const outdated = page.outdated.splice(0);
     if (outdated.length) send(outdated);
@@ -284,6 +299,7 @@
     else for (const [plot, key] of Object.entries(answer.drawn)) {
       page.drawn[plot] = key;
       page.stale.delete(plot);
+      if (plot !== NUMBERS) page.due[plot] = answer.seq;
     }
     Object.assign(document.getElementById("explore").dataset, { seq: answer.seq, gains: answer.gains.join(" ") });
     if (element("numbers-details").open && !(answer.drawn && NUMBERS in answer.drawn)) page.stale.add(NUMBERS);
@@ -409,7 +425,7 @@
 
   // A click on a plot chooses the sample of the close-up.
   function watchClicks() {
-    for (const id of ["explore-path", "explore-close-up", "explore-axis", "explore-error"]) {
+    for (const id of ["explore-path", "explore-close-up", "explore-time", "explore-error"]) {
       const plot = document.querySelector(`#${id} .js-plotly-plot`);
       if (!plot || plot.dataset.watched || !plot.on) continue;
       plot.dataset.watched = "yes";

@@ -166,7 +166,7 @@ def plot_card(
             html.Div([html.H2(title, id=f"{graph_id}-title"), *tools], className="card-head"),
             html.Div(
                 dcc.Graph(id=graph_id, figure={"data": [], "layout": {}}, config=GRAPH_CONFIG, className="plot"),
-                role="img",
+                role="figure",
                 className="plot-frame",
                 **{"aria-label": label},
             ),

@@ -56,5 +56,6 @@ def error_text(error: InputError) -> str:
     field = FIELDS.get(error.field)
     label = (field.symbol or field.title) if field else error.field
     received = error.received
-    shown = "nothing" if received in (None, "") else f"“{str(received)[:40]}”"
+    text = f"{received:.12g}" if isinstance(received, float) else str(received)[:40]
+    shown = "nothing" if received in (None, "") else f"“{text}”"
     return f"{label} {error.rule}, got {shown}."

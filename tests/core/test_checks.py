@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -83,6 +84,10 @@ def test_received_values_are_shown_in_one_short_line(value):
     shown = show(value)
     assert len(shown) <= RECEIVED_LENGTH
     assert len(shown.splitlines()) == 1
+
+
+def test_values_that_print_on_several_lines_are_shown_in_one():
+    assert show(np.eye(2)) == "array([[1., 0.],        [0., 1.]])"
 
 
 def test_long_values_are_cut():

@@ -134,6 +134,12 @@ def test_minimal_description_names_what_differs_and_no_more():
     }
 
 
+def test_minimal_description_with_another_order_names_the_design():
+    """The same link must mean the same filter, should another design become the usual one of that order."""
+    minimal = {"order": 4, "design": "fading-memory", "xi": 0.7}
+    assert read(order=4, xi=0.7).to_dict(minimal=True) == minimal
+
+
 def test_full_description_has_no_empty_fields():
     full = read(design="kalata", tracking_index=1).to_dict()
     assert list(full) == [

@@ -1,6 +1,7 @@
 """Stability: polynomial, poles, Jury's table and the exact regions, against eigenvalues of F (I - K H)."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -195,6 +196,19 @@ def test_a_condition_says_what_it_is():
     assert verdict.jury[0].numbers == pytest.approx((0.5, 1.7, 1.0), rel=1e-14, abs=0)
 
 
+@pytest.mark.parametrize("order", ORDERS)
+@given(data=st.data())
+def test_a_margin_is_the_side_that_its_text_names(order, data):
+    """The inequality as a reader sees it, with the products written out, evaluated by Python."""
+    g = data.draw(st.lists(st.floats(-3, 6), min_size=order, max_size=order))
+    names = dict(zip("αβγη", g, strict=False))
+    for condition in region_conditions(Gains(tuple(g))):
+        side, _, zero = condition.text.partition(" > ")
+        assert zero == "0"
+        products = re.sub(r"(?<=[0-9αβγη²)])(?=[αβγη(])", "*", side).replace("²", "**2").replace("−", "-")
+        assert condition.margin == pytest.approx(eval(products, {}, names), rel=1e-12, abs=1e-11)
+
+
 @given(alpha=st.floats(0.01, 1.99), beta=st.floats(0.01, 3.9), gamma=st.floats(0.001, 4))
 def test_order_three_region_in_the_half_convention(alpha, beta, gamma):
     """gamma < 4 alpha beta/(2 - alpha) within the triangle, where gamma/2T^2 multiplies the innovation."""
@@ -305,6 +319,16 @@ def test_alpha_bounds_are_where_the_beta_bounds_meet(gamma, eta):
     assert low == pytest.approx(high, rel=1e-9, abs=1e-9)
     low, high = beta_bounds(gains, np.linspace(left, right, 12)[1:-1])
     assert (low < high).all()
+
+
+@given(data=st.data(), gamma=st.floats(0.01, 7.9), eta=st.floats(0.01, 12) | st.none())
+def test_beta_bounds_are_the_verdict_at_any_alpha(data, gamma, eta):
+    """Also where no beta is stable: the bounds have crossed there."""
+    alpha, beta = data.draw(st.floats(gamma / 4, 2)), data.draw(st.floats(-1, 7))
+    gains = Gains((alpha, beta, gamma) if eta is None else (alpha, beta, gamma, eta))
+    low, high = beta_bounds(gains, np.array(alpha))
+    if min(abs(beta - low), abs(beta - high), 2 - alpha, alpha - gamma / 4) > 1e-9:
+        assert assess(gains).stable == (low < beta < high)
 
 
 def test_alpha_bounds_of_the_triangle():

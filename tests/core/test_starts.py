@@ -203,6 +203,12 @@ def test_expanding_memory_is_the_least_squares_polynomial(order, layout):
     for count, index in enumerate(seen, start=1):
         expected = fitted(times[seen[:count]], z[seen[:count]], min(count, order) - 1, order)
         assert track.smoothed[index, 0] == pytest.approx(expected, rel=1e-12, abs=1e-12 * scale)
+        if count > 1:
+            # What was predicted for it is the fit to all measurements before, carried on.
+            before = seen[count - 2]
+            carried = moving(track.smoothed[before, 0], [times[index] - times[before]])[0]
+            assert track.predicted[index, 0] == pytest.approx(carried, rel=1e-10, abs=1e-10 * scale)
+    assert np.isnan(track.predicted[: seen[0] + 1]).all()
     # In a gap the fit is carried on; before the first measurement there is none.
     for index in missing:
         if index < seen[0]:
@@ -248,6 +254,19 @@ def test_expanding_memory_hands_over_when_its_gain_has_fallen(plain_track, order
     # One sample earlier it was still least squares.
     last = fitted(np.arange(switch) * 1.0, z[:switch], order - 1, order)
     assert track.smoothed[switch - 1, 0] == pytest.approx(last, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("n", [4, 9, 20])
+@pytest.mark.parametrize("excess", [-1e-6, 1e-6])
+def test_expanding_memory_hands_over_at_the_first_gain_not_above_alpha(order, n, excess):
+    """With alpha just below the growing gain of sample n, that sample is still least squares; just above, no more."""
+    alpha = growing_gains(order, n)[0] * (1 + excess)
+    z = np.zeros(n + 1)
+    z[n] = 1.0
+    track = run_filter(regular(z), Gains((alpha, *GAINS[order].values[1:])), start="expanding")
+    expected = growing_gains(order, n) if excess < 0 else [alpha, *GAINS[order].values[1:]]
+    assert track.smoothed[n, 0] == pytest.approx(expected, rel=1e-10, abs=0)
 
 
 @pytest.mark.parametrize("order", ORDERS)

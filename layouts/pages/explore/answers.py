@@ -37,7 +37,7 @@ CARDS = {
 PLOTS: dict[str, tuple[Path, ...]] = {
     "explore-path": track.PATH_MOVING,
     "explore-close-up": track.CLOSE_UP_MOVING,
-    "explore-axis": track.AXIS_MOVING,
+    "explore-time": track.AXIS_MOVING,
     "explore-error": error.MOVING,
     "explore-stability": stability_map.MOVING,
 }
@@ -57,7 +57,7 @@ def figures(
     makers: dict[str, Callable[[], Figure]] = {
         "explore-path": lambda: track.path_figure(result, view, theme, key, meta),
         "explore-close-up": lambda: track.close_up_figure(result, view, theme, key, meta),
-        "explore-axis": lambda: track.axis_figure(result, view, theme, key, meta),
+        "explore-time": lambda: track.axis_figure(result, view, theme, key, meta),
         "explore-error": lambda: error.error_figure(result, view, theme, key, meta),
         "explore-stability": lambda: stability_map.stability_figure(result, theme, meta),
     }
@@ -76,7 +76,7 @@ def drawing_keys(settings: Settings, theme: str) -> dict[str, str]:
     return {
         "explore-path": f"{seen}|{v.exaggerate}",
         "explore-close-up": f"{seen}|{v.exaggerate}|{v.at}",
-        "explore-axis": f"{seen}|{v.axis}|{v.quantity}",
+        "explore-time": f"{seen}|{v.axis}|{v.quantity}",
         "explore-error": seen,
         "explore-stability": theme,
     }

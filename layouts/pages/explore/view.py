@@ -229,7 +229,7 @@ def _plots() -> list[Component]:
             [tip("30 samples", "Around the sample chosen below; click on any plot to choose another.")], [cursor],
         ),
         plot_card(
-            "explore-axis", "Over time", "One state of one axis against time.",
+            "explore-time", "Over time", "One state of one axis against time.",
             [
                 select_field("explore", "axis", "Axis", "Which coordinate is shown.", [(axis, axis) for axis in axes]),
                 select_field("explore", "quantity", "State", "Which state of it is shown.",

@@ -1,0 +1,344 @@
+"""The Explore page in a real browser."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import expect
+
+from benchmarks.delay import Delay
+from layouts.theme import tokens
+from tracker_core import Experiment, run_experiment
+from tracker_core.papers import papers
+
+PLOTS = ("path", "close-up", "time", "error", "stability")
+GAINS = ("alpha", "beta", "gamma", "eta", "xi", "tracking_index")
+
+
+def test_every_id_stands_once(open_page):
+    page = open_page()
+    twice = page.evaluate(
+        """() => {const ids = [...document.querySelectorAll('#explore [id]')].map(e => e.id)
+        .filter(id => id.startsWith('explore')); return ids.filter((id, i) => ids.indexOf(id) !== i)}"""
+    )
+    assert twice == []
+
+
+def drag(page, name, shares):
+    """Drag a slider with the mouse over positions given as shares of its length."""
+    slider = page.locator(f"#explore-{name}-slider")
+    slider.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    y = box["y"] + box["height"] / 2
+    page.mouse.move(box["x"] + shares[0] * box["width"], y)
+    page.mouse.down()
+    for share in shares:
+        page.mouse.move(box["x"] + share * box["width"], y)
+    page.mouse.up()
+
+
+def enter(page, name, text):
+    """Type into a box and press Enter."""
+    page.fill(f"#explore-{name}", text)
+    page.press(f"#explore-{name}", "Enter")
+
+
+def test_the_first_view_shows_a_run_before_anything_is_touched(open_page, plot):
+    page = open_page()
+    for name in PLOTS:
+        assert plot(page, name).meta["stable"]
+    for trace in range(4):
+        x, y = plot(page, "path").line(trace)
+        assert len(x) == len(y) > 300
+    result = run_experiment(Experiment.from_dict({}))
+    assert page.inner_text('[data-metric="tracking_total"] .metric-value') == f"{result.metrics.tracking_total:,.0f} m"
+    expect(page.locator("#explore-status")).to_contain_text("Stable")
+
+
+def test_dragging_xi_moves_gains_and_plots_and_the_last_value_wins(open_page, plot, settle):
+    page = open_page()
+    before = plot(page, "path").outline(3)
+    drag(page, "xi", [0.64 + 0.02 * math.sin(i) + i / 200 for i in range(40)])
+    settle(page)
+    xi = float(page.input_value("#explore-xi"))
+    assert xi > 0.7
+    for name in PLOTS:
+        alpha, beta, gamma = plot(page, name).meta["gains"]
+        assert alpha == pytest.approx(1 - xi**3, abs=1e-12)
+        assert beta == pytest.approx(1.5 * (1 - xi) ** 2 * (1 + xi), abs=1e-12)
+        assert gamma == pytest.approx((1 - xi) ** 3, abs=1e-12)
+    assert float(page.input_value("#explore-alpha")) == pytest.approx(1 - xi**3, rel=1e-4)
+    assert plot(page, "path").outline(3) != before
+    expected = run_experiment(Experiment.from_dict({"xi": xi}))
+    drawn = plot(page, "path").line(3)
+    assert drawn[0][500] == pytest.approx(expected.track.smoothed[500, 0, 0], rel=1e-6)
+    assert page.url.endswith(f"?xi={xi}")
+
+
+def test_on_a_slow_line_many_values_are_drawn_and_the_last_one_wins(open_page, plot, settle, port):
+    with Delay(port, 0.08) as line:
+        page = open_page(at=line.port)
+        page.evaluate(
+            """() => {window.seen = new Set();
+            const page = document.getElementById('explore');
+            new MutationObserver(() => window.seen.add(page.dataset.gains))
+              .observe(page, {attributes: true, attributeFilter: ['data-seq']})}"""
+        )
+        drag(page, "xi", [0.3 + i / 300 for i in range(120)])
+        settle(page)
+        assert page.evaluate("() => window.seen.size") >= 5
+        xi = float(page.input_value("#explore-xi"))
+        assert plot(page, "path").meta["gains"][0] == pytest.approx(1 - xi**3, abs=1e-12)
+        page.close()
+
+
+def test_while_a_slider_moves_the_lines_follow_before_plotly_redraws(open_page, plot):
+    page = open_page()
+    path = plot(page, "path")
+    before, meta = path.outline(3), path.meta
+    page.evaluate(
+        """() => {const gd = document.querySelector('#explore-path .js-plotly-plot');
+        const line = gd.querySelector('.scatterlayer .trace' + gd._fullData[3].uid + ' .js-line');
+        new MutationObserver(() => window.first ||= [gd._fullLayout.meta.seq, line.getAttribute('d')])
+          .observe(line, {attributes: true})}"""
+    )
+    page.focus("#explore-xi-slider")
+    page.keyboard.press("PageDown")
+    page.wait_for_function("() => window.first")
+    seq, outline = page.evaluate("() => window.first")
+    assert seq == meta["seq"]
+    assert outline != before
+
+
+def test_moving_a_computed_gain_makes_the_design_manual_and_says_so(open_page, settle):
+    page = open_page()
+    drag(page, "beta", [0.3, 0.35, 0.4])
+    settle(page)
+    assert page.input_value("#explore-design") == "manual"
+    expect(page.locator("#explore-note")).to_contain_text("You moved β: the design is now Manual.")
+    drag(page, "xi", [0.6, 0.5])
+    settle(page)
+    assert page.input_value("#explore-design") == "fading-memory"
+
+
+def test_changing_the_convention_rewrites_the_numbers_and_leaves_the_filter(open_page, plot, settle):
+    page = open_page("?order=4&design=fading-memory&xi=0.8")
+    before = plot(page, "path").line(3)
+    gamma, eta = (float(page.input_value(f"#explore-{name}")) for name in ("gamma", "eta"))
+    page.select_option("#explore-convention", "taylor")
+    settle(page)
+    assert float(page.input_value("#explore-gamma")) == pytest.approx(gamma / 2, rel=1e-3)
+    assert float(page.input_value("#explore-eta")) == pytest.approx(eta / 6, rel=1e-3)
+    assert plot(page, "path").line(3) == before
+
+
+def test_the_link_gives_the_same_numbers_in_another_browser(open_page, plot, settle):
+    page = open_page()
+    drag(page, "gamma", [0.3, 0.33, 0.36])
+    enter(page, "noise_std", "12, 7.5")
+    page.click("#explore-new-seed")
+    page.select_option("#explore-quantity", "velocity")
+    settle(page)
+    other = open_page(page.url[page.url.index("?") :])
+    for each in (page, other):
+        each.click("#explore-numbers-details summary")
+        each.wait_for_selector("#explore-numbers table")
+        settle(each)
+    assert other.inner_text("#explore-numbers") == page.inner_text("#explore-numbers")
+    assert plot(other, "path").line(3) == plot(page, "path").line(3)
+    assert plot(other, "time").line(3) == plot(page, "time").line(3)
+    assert other.url == page.url
+
+
+def test_a_bad_link_falls_back_and_says_so(open_page):
+    page = open_page("?alpha=lots&speed=3&samples=2")
+    note = page.inner_text("#explore-note")
+    for text in ("alpha", "'lots'", "speed", "samples must be a whole number >= 3", "the default is used"):
+        assert text in note
+    assert page.input_value("#explore-samples") == "1000"
+
+
+def test_zoom_is_kept_while_sliders_move(open_page, plot, settle):
+    page = open_page()
+    page.evaluate(
+        """() => Plotly.relayout(document.querySelector('#explore-path .js-plotly-plot'),
+        {'xaxis.range': [5000, 9000], 'yaxis.range': [-1000, 1000]})"""
+    )
+    before = [plot(page, "path").range(axis) for axis in "xy"]
+    drag(page, "xi", [0.6, 0.65, 0.7])
+    settle(page)
+    assert [plot(page, "path").range(axis) for axis in "xy"] == before
+    assert before[0][0] > 3000
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("interval", "0", "T must be a finite number >= 1e-06"),
+        ("samples", "2", "n must be a whole number >= 3 and <= 200,000, got “2”."),
+        ("noise_std", "-1", "σ must be a finite number >= 0"),
+        ("noise_std", "1, 2, 3", "σ must be one number, or 2 for the axes x, y"),
+        ("xi", "1", "ξ must be a finite number >= 0 and < 1, got “1”."),
+        ("seed", "x", "Seed must be a whole number"),
+    ],
+)
+def test_bad_input_is_answered_beside_the_field_and_the_plot_stays(open_page, plot, settle, name, text, said):
+    page = open_page()
+    before = plot(page, "path").line(3)
+    good = page.input_value(f"#explore-{name}")
+    enter(page, name, text)
+    message = page.locator(f"#explore-{name}-error")
+    expect(message).to_contain_text(said)
+    expect(page.locator(f"#explore-{name}")).to_have_attribute("aria-invalid", "true")
+    assert page.input_value(f"#explore-{name}") == text
+    assert plot(page, "path").line(3) == before
+    enter(page, name, good)
+    expect(message).to_be_empty()
+    settle(page)
+    assert plot(page, "path").line(3) == before
+
+
+def test_leaving_the_stable_region_is_said_with_the_sample_of_the_stop(open_page, settle):
+    page = open_page("?order=2&design=manual&alpha=1.5&beta=0.5")
+    page.focus("#explore-beta-slider")
+    page.keyboard.press("End")
+    settle(page)
+    status = page.inner_text("#explore-status")
+    result = run_experiment(
+        Experiment.from_dict({"order": 2, "alpha": 1.5, "beta": float(page.input_value("#explore-beta"))})
+    )
+    assert "Unstable: 4 − 2α − β > 0 fails by 3.00" in status
+    assert f"stopped at sample {result.track.stopped_at + 1}:" in status
+    assert page.inner_text('[data-metric="tracking_total"] .metric-value') == "–"
+
+
+def test_every_run_of_a_paper_is_one_choice_away(open_page, settle):
+    page = open_page()
+    for paper in papers().values():
+        for run in paper.runs:
+            page.select_option("#explore-preset", f"{paper.name}/{run.name}")
+            settle(page)
+            total = run_experiment(run.experiment).metrics.tracking_total
+            shown = page.inner_text('[data-metric="tracking_total"] .metric-value')
+            assert float(shown.removesuffix(" m").replace(",", "")) == pytest.approx(total, rel=5e-4), run.title
+            assert page.inner_text("#explore-status").startswith("Stable")
+
+
+def test_the_keyboard_reaches_and_moves_every_slider(open_page, settle):
+    page = open_page("?order=4&design=manual&alpha=0.7&beta=0.3&gamma=0.06&eta=0.004")
+    page.focus("#explore-design")
+    reached = set()
+    for _ in range(80):
+        page.keyboard.press("Tab")
+        name = page.evaluate("() => document.activeElement.type === 'range' ? document.activeElement.id : ''")
+        if not name:
+            continue
+        reached.add(name)
+        before = page.input_value(f"#{name}")
+        page.keyboard.press("ArrowRight")
+        assert page.input_value(f"#{name}") != before
+        assert page.evaluate("() => document.activeElement.getAttribute('aria-label')")
+        assert page.evaluate("() => document.activeElement.getAttribute('aria-valuetext')")
+    assert reached == {f"explore-{name}-slider" for name in (*GAINS, "at")}
+    settle(page)
+
+
+def test_boxes_take_arrow_keys_in_their_last_digit(open_page, settle):
+    page = open_page()
+    page.focus("#explore-xi")
+    page.keyboard.press("ArrowUp")
+    settle(page)
+    assert page.input_value("#explore-xi") == "0.65"
+    assert page.url.endswith("?xi=0.65")
+
+
+def test_pinning_shows_every_change_until_unpinned(open_page, settle):
+    page = open_page()
+    page.click("#explore-pin")
+    expect(page.locator('[data-metric="lag"] .metric-change')).to_have_text("no change")
+    drag(page, "xi", [0.64, 0.5])
+    settle(page)
+    change = page.locator('[data-metric="lag"] .metric-change')
+    expect(change).to_contain_text("−")
+    expect(change).to_have_attribute("data-tone", "better")
+    page.click("#explore-unpin")
+    expect(change).to_be_empty()
+    settle(page)
+    assert "pin" not in page.url
+
+
+def test_the_sample_slider_and_a_click_on_a_plot_move_the_close_up(open_page, plot, settle):
+    page = open_page()
+    page.focus("#explore-at-slider")
+    page.keyboard.press("Home")
+    settle(page)
+    assert plot(page, "close-up").line(1)[0][0] == pytest.approx(plot(page, "path").line(1)[0][0])
+    expect(page.locator("#explore-at-text")).to_contain_text("1 of 1,000")
+    frame = page.locator("#explore-time .nsewdrag").bounding_box()
+    page.mouse.move(frame["x"] + frame["width"] / 2, frame["y"] + frame["height"] / 2)
+    page.wait_for_selector("#explore-time .hoverlayer .hovertext")
+    page.mouse.click(frame["x"] + frame["width"] / 2, frame["y"] + frame["height"] / 2)
+    expect(page.locator("#explore-at-text")).not_to_contain_text("1 of 1,000")
+    settle(page)
+    assert "at=" in page.url
+
+
+def test_without_a_socket_sliders_work_through_callbacks(open_page, plot, settle):
+    page = open_page()
+    page.route_web_socket("**/explore/live", lambda socket: socket.close())
+    page.reload()
+    settle(page)
+    drag(page, "xi", [0.6, 0.5, 0.4])
+    settle(page)
+    xi = float(page.input_value("#explore-xi"))
+    assert plot(page, "error").meta["gains"][0] == pytest.approx(1 - xi**3, abs=1e-12)
+
+
+def test_one_axis_and_recorded_ranges(open_page, plot, settle):
+    page = open_page("?scenario=garg-constant-velocity")
+    assert [round(value, 1) for value in plot(page, "path").line(3)[1]] == pytest.approx(
+        [30194.2, 30383.6, 30612.7, 30818.9, 31025.7, 31242.3, 31418.8, 31566.3, 31739.4, 31964.1], abs=0.06
+    )
+    options = page.evaluate(
+        "() => [...document.querySelector('#explore-axis').options].filter(o => !o.disabled).map(o => o.value)"
+    )
+    assert options == ["range"]
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("size", [(1440, 900), (390, 844)])
+def test_axe_finds_nothing_serious(open_page, theme, size):
+    page = open_page("?order=2&design=manual&alpha=1.9&beta=1&foo=1", theme=theme, size=size)
+    found = Axe().run(page).response["violations"]
+    assert [(each["id"], each["nodes"][0]["html"]) for each in found if each["impact"] in ("serious", "critical")] == []
+
+
+@pytest.mark.parametrize("size", [(360, 740), (390, 844), (860, 900), (1280, 800), (1440, 900)])
+def test_nothing_scrolls_sideways(open_page, size):
+    page = open_page(size=size)
+    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_on_a_phone_the_path_stays_in_sight_while_xi_moves(open_page, settle):
+    page = open_page(size=(390, 844))
+    page.locator("#explore-xi-slider").scroll_into_view_if_needed()
+    path, slider = (page.locator(s).bounding_box() for s in ("#explore-path", "#explore-xi-slider"))
+    assert -10 <= path["y"] < 200
+    assert slider["y"] > path["y"] + path["height"]
+    assert slider["y"] + slider["height"] <= 844
+
+
+def test_the_theme_follows_the_switch_and_is_remembered(open_page, plot, settle):
+    page = open_page()
+    page.click("#theme-switch")
+    settle(page)
+    assert page.evaluate("() => document.documentElement.dataset.theme") == "dark"
+    for name in PLOTS:
+        assert plot(page, name).meta["theme"] == "dark"
+    colour = page.evaluate("() => document.querySelector('#explore-path .js-plotly-plot')._fullLayout.paper_bgcolor")
+    assert colour == tokens("dark")["surface"]
+    page.reload()
+    settle(page)
+    assert plot(page, "path").meta["theme"] == "dark"

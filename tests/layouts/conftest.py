@@ -1,0 +1,170 @@
+"""What several test files share: valid settings of every kind, requests as a browser sends them, the application."""
+
+import asyncio
+import json
+import warnings
+
+import httpx
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+
+import app
+from layouts.controls import controls_of
+from layouts.state import EXAGGERATIONS, Settings, View
+from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment
+
+# Repeatable runs: the same examples every time, and no limit on how long the compiler may take on the first.
+settings.register_profile("layouts", derandomize=True, deadline=None, max_examples=100, print_blob=True)
+settings.load_profile("layouts")
+
+HOST = "gainscope.test:8050"
+PARAMETER = {
+    "alpha": st.floats(0.1, 0.99),
+    "beta": st.floats(0.1, 2),
+    "xi": st.floats(0, 0.99),
+    "tracking_index": st.floats(1e-6, 1e6),
+}
+
+
+@st.composite
+def experiments(draw):
+    """A valid experiment: any scenario, design, order, convention, start and noise."""
+    scenario = SCENARIOS[draw(st.sampled_from(list(SCENARIOS)))]
+    noise = draw(st.sampled_from(["white", "none", *(["recorded"] if scenario.recording else [])]))
+    recorded = noise == "recorded"
+    design = draw(st.sampled_from(["manual", *DESIGNS]))
+    order = draw(st.sampled_from(DESIGNS[design].orders if design in DESIGNS else (2, 3, 4)))
+    if design == "manual":
+        gains = {name: draw(st.floats(-27, 27)) for name in ("alpha", "beta", "gamma", "eta")[:order]}
+    else:
+        gains = {name: draw(PARAMETER[name]) for name in DESIGNS[design].parameters}
+    count = draw(st.sampled_from([1, len(scenario.axes)]))
+    return Experiment.from_dict(
+        {
+            "scenario": scenario.name,
+            "samples": draw(st.integers(3, 10 if recorded else 200_000)),
+            "interval": scenario.recording.interval if recorded else draw(st.floats(1e-6, 1e6)),
+            "noise": noise,
+            "noise_std": draw(st.lists(st.floats(0, 1e9), min_size=count, max_size=count)),
+            "seed": draw(st.integers(0, 2**53 - 1)),
+            "start": draw(st.sampled_from([name for name, start in STARTS.items() if start.least_order <= order])),
+            "order": order,
+            "convention": draw(st.sampled_from(list(CONVENTIONS))),
+            "design": design,
+            **gains,
+        }
+    )
+
+
+@st.composite
+def all_settings(draw):
+    """Valid settings: an experiment, a view that fits it, and perhaps a pin."""
+    experiment = draw(experiments())
+    view = View(
+        axis=draw(st.integers(0, len(SCENARIOS[experiment.scenario].axes) - 1)),
+        quantity=draw(st.integers(0, experiment.order - 1)),
+        exaggerate=int(draw(st.sampled_from(EXAGGERATIONS))),
+        at=draw(st.none() | st.integers(0, experiment.samples - 1)),
+    )
+    return Settings(experiment, view, draw(st.none() | experiments()))
+
+
+# `st.from_type(Settings)` in any test file.
+st.register_type_strategy(Experiment, experiments())
+st.register_type_strategy(Settings, all_settings())
+
+
+@pytest.fixture(scope="session")
+def controls_for():
+    """Controls as they stand for an experiment, given by what differs from the defaults."""
+
+    def make(view=None, **values):
+        return controls_of(Settings(Experiment.from_dict(values), view or View()))
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def request_for():
+    """A request as it comes from the browser, where whatever was moved has been moved by a hand."""
+
+    def make(controls, moved=None, **more):
+        moved = moved or {}
+        question = {
+            "seq": 7,
+            "controls": {**controls, **moved},
+            "changed": list(moved),
+            "pin": None,
+            "drawn": {},
+            "want": None,
+            "theme": "light",
+            **more,
+        }
+        return json.loads(json.dumps(question))
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def dash_app():
+    """The application as app.py builds it."""
+    with warnings.catch_warnings():
+        return app.build()
+
+
+@pytest.fixture(scope="session")
+def get(dash_app):
+    """The answer to an HTTP GET, without a network."""
+
+    def ask(path):
+        async def once():
+            transport = httpx.ASGITransport(app=dash_app.server)
+            async with httpx.AsyncClient(transport=transport, base_url=f"http://{HOST}") as client:
+                return await client.get(path)
+
+        return asyncio.run(once())
+
+    return ask
+
+
+@pytest.fixture(scope="session")
+def talk(dash_app):
+    """One connection to the socket: says everything in turn, hangs up, and gives what the server sent.
+
+    Texts go as text frames, bytes as binary ones. Without an origin given, it is a page of this very server.
+    """
+
+    def connect(*messages, origin=f"http://{HOST}", path="/explore/live"):
+        frames = [
+            {"type": "websocket.receive", "bytes" if isinstance(said, bytes) else "text": said} for said in messages
+        ]
+        incoming = iter([{"type": "websocket.connect"}, *frames, {"type": "websocket.disconnect", "code": 1000}])
+        headers = {"host": HOST, "origin": origin}
+        scope = {
+            "type": "websocket",
+            "asgi": {"version": "3.0", "spec_version": "2.4"},
+            "http_version": "1.1",
+            "scheme": "ws",
+            "path": path,
+            "raw_path": path.encode(),
+            "root_path": "",
+            "query_string": b"",
+            "headers": [(name.encode(), value.encode()) for name, value in headers.items() if value is not None],
+            "client": ("127.0.0.1", 50_000),
+            "server": ("127.0.0.1", 8050),
+            "subprotocols": [],
+            "state": {},
+        }
+        sent = []
+
+        async def receive():
+            return next(incoming)
+
+        async def send(message):
+            sent.append(message)
+
+        asyncio.run(dash_app.server(scope, receive, send))
+        return sent
+
+    return connect

@@ -1,0 +1,267 @@
+"""The link: whatever it says comes back, and what it gets wrong is said and left out."""
+
+from dataclasses import replace
+from urllib.parse import parse_qsl
+
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+
+from layouts.state import EXAGGERATIONS, LINK_LIMIT, Settings, View, from_query, to_query
+from tracker_core import DESIGNS, SCENARIOS, Experiment, run_experiment
+from tracker_core.fields import FIELDS
+
+DEFAULT = Settings(Experiment.from_dict({}))
+NAMES = [*FIELDS, "axis", "quantity", "exaggerate", "at", "pin"]
+
+
+def read(link):
+    return from_query(dict(parse_qsl(link, strict_parsing=bool(link))))
+
+
+# There and back ----------------------------------------------------------------------------------------------------
+
+
+@given(wanted=st.from_type(Settings))
+@example(wanted=DEFAULT)
+@example(wanted=Settings(DEFAULT.experiment, pin=DEFAULT.experiment))
+@example(wanted=Settings(DEFAULT.experiment, View(axis=1, quantity=2, exaggerate=100, at=0)))
+def test_a_link_round_trips(wanted):
+    link = to_query(wanted)
+    assert read(link) == (wanted, [])
+    assert len(link) <= LINK_LIMIT
+
+
+def test_the_longest_link_is_short_enough():
+    third = 123456.12345678901 / 3
+    experiment = Experiment.from_dict(
+        {
+            "scenario": "jeong-ship", "samples": 199_999, "interval": third, "noise": "none",
+            "noise_std": [third, 2 * third], "seed": 2**53 - 1, "start": "three-point", "order": 4, "design": "manual",
+            "convention": "taylor", **dict.fromkeys(("alpha", "beta", "gamma", "eta"), -1.2345678901234567e-100),
+        }
+    )  # fmt: skip
+    wanted = Settings(experiment, View(axis=1, quantity=2, exaggerate=100, at=199_998), experiment)
+    assert read(to_query(wanted)) == (wanted, [])
+    assert len(to_query(wanted)) <= LINK_LIMIT
+
+
+@pytest.mark.parametrize("design", ["manual", *DESIGNS])
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_every_scenario_and_design_round_trips(scenario, design):
+    orders = DESIGNS[design].orders if design in DESIGNS else (2, 3, 4)
+    takes = DESIGNS[design].parameters if design in DESIGNS else None
+    for order in orders:
+        names = takes or ("alpha", "beta", "gamma", "eta")[:order]
+        values = {"scenario": scenario, "design": design, "order": order, **dict.fromkeys(names, 0.3)}
+        wanted = Settings(Experiment.from_dict(values))
+        assert read(to_query(wanted)) == (wanted, [])
+
+
+@pytest.mark.parametrize(
+    ("scenario", "moved"),
+    [
+        pytest.param("garg-accelerating", {"alpha": 0.3}, marks=pytest.mark.xfail(reason="read as order 2")),
+        pytest.param("garg-accelerating", {"beta": 0.3}, marks=pytest.mark.xfail(reason="read as order 2")),
+        ("garg-accelerating", {"gamma": 0.3}),
+        ("garg-constant-velocity", {"alpha": 0.3}),
+        ("garg-constant-velocity", {"beta": 0.3}),
+        ("jeong-ship", {"xi": 0.5}),
+    ],
+)
+def test_one_gain_of_a_scenario_moved_round_trips(scenario, moved):
+    usual = Experiment.from_dict({"scenario": scenario})
+    wanted = Settings(replace(usual, **moved))
+    assert read(to_query(wanted)) == (wanted, [])
+
+
+def test_the_defaults_give_an_empty_link():
+    assert to_query(DEFAULT) == ""
+    assert from_query({}) == (DEFAULT, [])
+
+
+@pytest.mark.parametrize(
+    ("settings", "link"),
+    [
+        (Settings(Experiment.from_dict({"scenario": "garg-accelerating"})), "scenario=garg-accelerating"),
+        (Settings(Experiment.from_dict({"seed": 2})), "seed=2"),
+        (Settings(Experiment.from_dict({"noise_std": "10,20"})), "noise_std=10.0%2C20.0"),
+        (replace(DEFAULT, view=View(axis=1, quantity=1, exaggerate=20, at=41)),
+         "axis=y&quantity=velocity&exaggerate=20&at=42"),
+        (replace(DEFAULT, pin=DEFAULT.experiment), "pin=default"),
+        (replace(DEFAULT, pin=Experiment.from_dict({"seed": 2, "xi": 0.5})), "pin=seed%3D2%26xi%3D0.5"),
+    ],
+)  # fmt: skip
+def test_a_link_says_what_differs_and_nothing_else(settings, link):
+    assert to_query(settings) == link
+
+
+@settings(max_examples=40)
+@given(wanted=st.from_type(Settings))
+def test_a_run_from_the_link_is_the_same_to_the_last_bit(wanted):
+    experiment = replace(wanted.experiment, samples=min(wanted.experiment.samples, 300))
+    wanted = replace(wanted, experiment=experiment, view=View())
+    reopened, _ = read(to_query(wanted))
+    assert run_experiment(reopened.experiment).metrics == run_experiment(experiment).metrics
+
+
+@pytest.mark.parametrize(("at", "samples", "cursor"), [(None, 200, 100), (None, 3, 1), (7, 200, 7), (900, 200, 199)])
+def test_the_cursor_stays_within_the_run(at, samples, cursor):
+    assert View(at=at).cursor(samples) == cursor
+
+
+# What cannot be used -----------------------------------------------------------------------------------------------
+
+BAD = {
+    "scenario": ["moon", "Jeong-ship", "jeong ship"],
+    "samples": ["2", "200001", "3.5", "many", "nan", "1e400", "0x10"],
+    "interval": ["0", "-1", "nan", "inf", "1e7", "1,5", "3 s"],
+    "noise": ["pink", "recorded"],
+    "noise_std": ["-1", "a", "1,2,3", "1,,2", ",", "nan", "1e10"],
+    "seed": ["-1", "1.5", "9007199254740993", "seed"],
+    "start": ["four-point", "0"],
+    "order": ["1", "5", "2.5", "two"],
+    "convention": ["kalata", "Taylor"],
+    "design": ["best", "None"],
+    "xi": ["1", "-0.1", "nan", "ξ"],
+    "axis": ["z", "range", "0"],
+    "quantity": ["jerk", "speed", "1"],
+    "exaggerate": ["3", "0", "-1", "1.0", "1000"],
+    "at": ["0", "-1", "1001", "1.5", "here", "nan"],
+    "colour": ["red"],
+    "x" * 40: ["1"],
+}
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name, values in BAD.items() for value in values])
+def test_a_bad_value_falls_back_and_is_named(name, value):
+    got, notes = from_query({name: value})
+    assert got == DEFAULT
+    assert len(notes) == 1
+    assert notes[0].startswith(f"{name} ")
+    # Of a list the item is shown, or the list as it was read.
+    assert name == "noise_std" or value in notes[0]
+    assert notes[0].rstrip(".").endswith(("the default is used", "the default is shown"))
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, values[0]) for name, values in BAD.items()])
+def test_a_bad_value_takes_no_good_one_with_it(name, value):
+    good = {"seed": "7", "exaggerate": "5", "pin": "seed=3"}
+    good.pop(name, None)
+    got, notes = from_query({**good, name: value})
+    assert (got, []) == from_query(good)
+    assert len(notes) == 1
+
+
+@pytest.mark.xfail(reason="the error names the shortened field, which is none of the values, so everything is dropped")
+def test_an_unknown_field_with_a_long_name_takes_no_good_one_with_it():
+    got, notes = from_query({"a" * 41: "1", "seed": "7"})
+    assert got.experiment.seed == 7
+    assert len(notes) == 1
+
+
+@given(chosen=st.sets(st.sampled_from(["samples", "interval", "noise", "seed", "xi", "axis", "at", "colour"])))
+def test_every_bad_value_of_several_is_named(chosen):
+    got, notes = from_query({name: BAD[name][0] for name in sorted(chosen)})
+    assert got == DEFAULT
+    assert {note.split()[0] for note in notes} == chosen
+    assert len(notes) == len(chosen)
+
+
+@pytest.mark.parametrize(
+    ("query", "named", "kept"),
+    [
+        ({"design": "kalata", "order": "4", "tracking_index": "0.1"}, "order",
+         {"design": "kalata", "tracking_index": 0.1}),
+        ({"design": "simpson", "order": "2", "alpha": "0.5", "beta": "0.2"}, "order",
+         {"design": "simpson", "alpha": 0.5, "beta": 0.2}),
+        ({"design": "manual", "order": "3", "alpha": "0.5", "beta": "0.2"}, "gamma", {}),
+        ({"design": "manual", "order": "2", "alpha": "0.5", "beta": "0.2", "gamma": "0.1"}, "gamma",
+         {"design": "manual", "order": 2, "alpha": 0.5, "beta": 0.2}),
+        ({"design": "fading-memory", "xi": "0.5", "alpha": "0.5"}, "alpha", {"xi": 0.5}),
+        ({"design": "kalata"}, "tracking_index", {}),
+        ({"order": "2", "xi": "0.5", "start": "three-point"}, "start", {"order": 2, "xi": 0.5}),
+        ({"scenario": "garg-accelerating", "samples": "11"}, "samples", {"scenario": "garg-accelerating"}),
+        ({"scenario": "garg-accelerating", "interval": "4"}, "interval", {"scenario": "garg-accelerating"}),
+        ({"scenario": "garg-accelerating", "noise_std": "1,2"}, "noise_std", {"scenario": "garg-accelerating"}),
+    ],
+)  # fmt: skip
+def test_values_that_do_not_fit_together_fall_back_and_are_named(query, named, kept):
+    got, notes = from_query(query)
+    assert got.experiment == Experiment.from_dict(kept)
+    assert len(notes) == 1
+    assert notes[0].startswith(f"{named} ")
+
+
+def test_the_view_falls_back_where_the_experiment_does():
+    got, notes = from_query({"samples": "2", "at": "1001", "order": "9", "quantity": "jerk"})
+    assert got == DEFAULT
+    assert sorted(note.split()[0] for note in notes) == ["at", "order", "quantity", "samples"]
+
+
+@pytest.mark.parametrize(
+    ("pin", "expected", "named"),
+    [
+        ("default", DEFAULT.experiment, []),
+        ("seed=5", Experiment.from_dict({"seed": 5}), []),
+        ("seed=-5&xi=0.5", Experiment.from_dict({"xi": 0.5}), ["seed"]),
+        ("colour=red", DEFAULT.experiment, ["colour"]),
+        ("axis=y", DEFAULT.experiment, ["axis"]),
+        ("nonsense", DEFAULT.experiment, []),
+    ],
+)
+def test_a_pin_is_read_like_an_experiment(pin, expected, named):
+    got, notes = from_query({"pin": pin})
+    assert got == replace(DEFAULT, pin=expected)
+    assert [note.split()[:2] for note in notes] == [["Pin:", name] for name in named]
+
+
+def test_a_pin_does_not_grow_without_limit():
+    got, notes = from_query({"pin": "seed=5&" + "&".join(f"n{i}=1" for i in range(5_000))})
+    assert got.pin == Experiment.from_dict({"seed": 5})
+    assert len(notes) < LINK_LIMIT
+
+
+PLAUSIBLE = st.sampled_from([
+    *SCENARIOS, *DESIGNS, "manual", "taylor", "half", "known", "three-point", "white", "recorded", "none",
+    "2", "3", "4", "5", "10", "0.5", "1", "-1", "0", "1e-30", "999999", "10,20", "y", "range", "jerk", "velocity",
+    "default", "seed=3", "order=2&start=three-point", "", "nan", "inf", "1_000", "١٢", "\x00", "🙂",
+])  # fmt: skip
+
+
+@settings(max_examples=400)
+@given(query=st.dictionaries(st.sampled_from(NAMES) | st.text(max_size=45), PLAUSIBLE | st.text(max_size=60)))
+@example(query={"design": "jeong-gray-murray", "order": "3", "tracking_index": "1e-7"})
+def test_any_link_gives_settings_that_have_a_link(query):
+    got, notes = from_query(query)
+    assert read(to_query(got)) == (got, [])
+    if notes:
+        assert all(notes)
+        return
+    # What is not complained about is used.
+    for name, value in query.items():
+        if name in FIELDS:
+            assert getattr(got.experiment, name) == FIELDS[name].read(name, value)
+        elif name == "exaggerate" and value:
+            assert str(got.view.exaggerate) == value
+
+
+@pytest.mark.xfail(raises=ZeroDivisionError, reason="Kalata's alpha is 0 for a tiny tracking index, and divides")
+@pytest.mark.parametrize("design", ["jeong-gray-murray", "jeong-gray-murray-as-run"])
+def test_a_link_with_a_tiny_tracking_index_is_read_or_refused(design):
+    got, notes = from_query({"design": design, "order": "3", "tracking_index": "1e-40"})
+    assert notes or got.experiment.tracking_index == 1e-40
+
+
+@given(value=st.text(min_size=1))
+def test_a_note_shows_a_foreign_value_in_one_short_line(value):
+    assume(value.strip())
+    _, (note,) = from_query({"colour": value})
+    assert "\n" not in note
+    assert len(note) < 200
+
+
+def test_every_exaggeration_can_be_linked():
+    for factor in EXAGGERATIONS:
+        wanted = replace(DEFAULT, view=View(exaggerate=int(factor)))
+        assert read(to_query(wanted)) == (wanted, [])
