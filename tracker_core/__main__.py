@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import io
 import json
+import os
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from tracker_core.checks import POSITIVE, InputError
+from tracker_core.checks import POSITIVE, InputError, show
 from tracker_core.conventions import CONVENTIONS, Gains
 from tracker_core.design import DESIGNS
 from tracker_core.experiment import PARAMETERS, Experiment, Result, run_experiment
@@ -25,21 +28,34 @@ SHOWN_ROWS = 50
 class _Parser(argparse.ArgumentParser):
     """Reports a wrong command line in one line."""
 
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        # Before Python 3.14 argparse takes -1e-3 for a flag.
+        self._negative_number_matcher = re.compile(r"^-(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?$")
+
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}\n")
+        self.exit(2, f"{self.prog}: {' '.join(message.split())}\n")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status: 0, or 2 for bad input."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # Greek letters must not stop an output that cannot show them.
+            stream.reconfigure(errors="replace")
     parser = _parser()
     options = parser.parse_args(arguments)
     try:
         options.action(options)
+        sys.stdout.flush()
     except InputError as error:
         print(f"{parser.prog}: {error}", file=sys.stderr)
         return 2
+    except BrokenPipeError:
+        # Whoever read the output has seen enough; nothing more may be written, not even at the end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
-        print(f"{parser.prog}: {error.filename}: {error.strerror}", file=sys.stderr)
+        print(f"{parser.prog}: {show(error.filename or 'output')}: {error.strerror}", file=sys.stderr)
         return 2
     return 0
 
@@ -98,7 +114,7 @@ def _file(path: str | None) -> dict[str, Any]:
         return {}
     try:
         values = json.loads(Path(path).read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError("experiment", "must be a JSON file", f"{path}: {error}") from None
     if not isinstance(values, dict):
         raise InputError("experiment", "must be a JSON object", values)

@@ -21,5 +21,5 @@ def steady_lag(gains: Gains, interval: float, derivative: float, *, predicted: b
         The lag in m, with the sign of truth minus estimate.
     """
     g = gains.vector
-    lag = float(interval**gains.order * derivative / g[-1])
-    return lag if predicted else float((1 - g[0]) * lag)
+    lag = interval**gains.order * derivative / float(g[-1])
+    return lag if predicted else (1 - float(g[0])) * lag

@@ -27,13 +27,18 @@ class InputError(ValueError):
         self.field = field
         self.rule = rule
         self.received = received
-        super().__init__(f"{field} {rule}, got {show(received)}")
+        name = field if field.isprintable() else repr(field)
+        super().__init__(f"{name} {rule}, got {show(received)}")
 
 
 def show(value: Any) -> str:
     """The value in one short line."""
-    text = str(value) if isinstance(value, float) else repr(value)
-    text = text.replace("\n", " ")
+    try:
+        text = str(value) if isinstance(value, float) else repr(value)
+    except (ValueError, RecursionError):
+        # A number of thousands of digits, a list of lists of lists ...
+        return f"a very large {type(value).__name__}"
+    text = " ".join(text.split())
     return text if len(text) <= RECEIVED_LENGTH else text[: RECEIVED_LENGTH - 1] + "…"
 
 

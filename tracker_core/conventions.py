@@ -16,7 +16,10 @@ from tracker_core.checks import Domain, InputError, check_choice
 from tracker_core.types import GAIN_NAMES, ORDERS, FloatArray
 
 GAIN = Domain(-1000, 1000)
-"""What is taken as a gain at all: far beyond anything stable, near enough for its powers to stay finite."""
+"""What a user may give as a gain: far beyond anything stable."""
+
+WRITTEN = Domain(-1e6, 1e6)
+"""What a gain may be in any convention: leaves room for rewriting, and keeps its powers finite."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +62,7 @@ class Gains:
         convention: a name in CONVENTIONS.
 
     Raises:
-        InputError: for a number of gains other than 2 to 4, a gain that is no number of GAIN, or an unknown convention.
+        InputError: for a number of gains other than 2 to 4, a gain outside WRITTEN, or an unknown convention.
     """
 
     values: tuple[float, ...]
@@ -69,7 +72,7 @@ class Gains:
         if len(self.values) not in ORDERS:
             raise InputError("gains", "must be 2, 3 or 4 numbers", self.values)
         for name, value in zip(GAIN_NAMES, self.values, strict=False):
-            GAIN.check(name, value)
+            WRITTEN.check(name, value)
         check_choice("convention", self.convention, CONVENTIONS)
 
     @classmethod

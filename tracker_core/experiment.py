@@ -134,22 +134,9 @@ class Experiment:
         values["noise_std"] = list(self.noise_std)
         if not minimal:
             return values
-        usual = {**DEFAULTS, **_scenario_defaults(self.scenario)}
+        usual = {**_usual(self.scenario, self.design, self.order), "scenario": DEFAULTS["scenario"]}
         usual["noise_std"] = list(usual["noise_std"])
-        same_design = (self.design, self.order) == (usual["design"], usual["order"])
-        kept = {
-            name: value
-            for name, value in values.items()
-            if usual.get(name) != value or (name in PARAMETERS and not same_design)
-        }
-        if self.scenario == DEFAULTS["scenario"]:
-            kept.pop("scenario", None)
-        else:
-            kept = {"scenario": self.scenario, **kept}
-        # A design that stands in for another must be named even where the menu's default would be the same.
-        if "order" in kept and self.design != MANUAL:
-            kept["design"] = self.design
-        return kept
+        return {name: value for name, value in values.items() if usual.get(name) != value}
 
 
 def read_experiment(values: Mapping[str, Any]) -> tuple[Experiment | None, list[InputError]]:
@@ -186,14 +173,20 @@ def _scenario_defaults(scenario: str) -> dict[str, Any]:
     return defaults
 
 
+def _usual(scenario: str, design: str | None = None, order: int | None = None) -> dict[str, Any]:
+    """What an experiment is filled up from; design parameters only while they belong to this design and order."""
+    usual = {**DEFAULTS, **_scenario_defaults(scenario)}
+    same = design in (None, usual["design"]) and (design != MANUAL or order == usual["order"])
+    return usual if same else {name: value for name, value in usual.items() if name not in PARAMETERS}
+
+
 def _complete(known: dict[str, Any]) -> dict[str, Any]:
-    usual = {**DEFAULTS, **_scenario_defaults(known.get("scenario", DEFAULTS["scenario"]))}
+    scenario = known.get("scenario", DEFAULTS["scenario"])
+    usual = _usual(scenario)
     given = [name for name in PARAMETERS if name in known]
     design = known.get("design") or _implied_design(given, known.get("order", usual["order"]), usual["design"])
-    order = known.get("order") or _implied_order(given, design, usual["order"])
-    if (design, order) != (usual["design"], usual["order"]):
-        usual = {name: value for name, value in usual.items() if name not in PARAMETERS}
-    complete = {**usual, **known, "design": design, "order": order}
+    order = known.get("order") or _implied_order(given, design, usual)
+    complete = {**_usual(scenario, design, order), **known, "design": design, "order": order}
     return {name: value for name, value in complete.items() if value is not None}
 
 
@@ -208,12 +201,13 @@ def _implied_design(given: list[str], order: int, usual: str) -> str:
     return MANUAL
 
 
-def _implied_order(given: list[str], design: str, usual: int) -> int:
-    if design == MANUAL and given:
-        return max(2, *(GAIN_NAMES.index(name) + 1 for name in given if name in GAIN_NAMES))
-    if design in DESIGNS and usual not in DESIGNS[design].formulas:
+def _implied_order(given: list[str], design: str, usual: dict[str, Any]) -> int:
+    if design == MANUAL:
+        least = max((GAIN_NAMES.index(name) + 1 for name in given if name in GAIN_NAMES), default=0)
+        return max(2, least, usual["order"] if usual["design"] == MANUAL or not least else 0)
+    if design in DESIGNS and usual["order"] not in DESIGNS[design].formulas:
         return DESIGNS[design].orders[0]
-    return usual
+    return int(usual["order"])
 
 
 def _check_sensor(experiment: Experiment) -> None:
@@ -242,7 +236,17 @@ def _check_sensor(experiment: Experiment) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """Everything that follows from one experiment."""
+    """Everything that follows from one experiment.
+
+    Attributes:
+        experiment: the description.
+        gains: the gains it ran with, in its convention.
+        verdict: their stability.
+        truth: what the target did.
+        measurements: what the sensor saw of it.
+        track: what the filter made of that.
+        metrics: how good the track is, all axes jointly.
+    """
 
     experiment: Experiment
     gains: Gains

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,7 +59,7 @@ class Field:
 def _items(name: str, value: Any) -> list[Any]:
     if isinstance(value, str):
         return value.split(",")
-    if isinstance(value, Iterable):
+    if isinstance(value, Iterable) and not isinstance(value, Mapping):
         items = list(value)
         if not 1 <= len(items) <= 8:
             raise InputError(name, "must be one number, or one per axis", f"{len(items)} values")

@@ -59,6 +59,10 @@ def run_filter(
         column = np.ascontiguousarray(z[:, axis])
         given = None if initial_state is None else np.asarray(initial_state, dtype=np.float64)[axis]
         state, begin = start_axis(start, column, dt, g, given, predicted[axis], smoothed[axis])
+        over = np.flatnonzero(np.abs(smoothed[axis, :begin, 0]) > limit)
+        if over.size:
+            stops.append(int(over[0]))
+            continue
         stops.append(kernels.TRACK[order](column, dt, g, state, begin, float(limit), predicted[axis], smoothed[axis]))
     stop = min(stops)
     predicted[:, stop + 1 :] = np.nan
@@ -84,6 +88,8 @@ def _check_measurements(measurements: Measurements) -> FloatArray:
         raise InputError("times", f"must have shape ({z.shape[0]},) like the positions", times.shape)
     if np.isinf(z).any():
         raise InputError("positions", "must be finite or NaN", "an infinite number")
+    if not np.isfinite(times).all():
+        raise InputError("times", "must be finite", "an infinite or missing time")
     if measurements.interval is not None:
         POSITIVE.check("interval", measurements.interval)
     elif len(times) > 1 and not (np.diff(times) > 0).all():

@@ -7,7 +7,7 @@ Samples at which an error is not defined (before the start, missing, after a sto
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from math import sqrt
+from math import isfinite, sqrt
 
 import numpy as np
 
@@ -78,9 +78,11 @@ METRICS: dict[str, Metric] = {
 
 @dataclass(frozen=True, slots=True)
 class Metrics:
-    """The figures of merit of one track; keys as in METRICS, None where undefined (no truth, no prediction, unstable).
+    """The figures of merit of one track.
 
-    Unit m throughout, but noise_reduction in percent.
+    Attributes:
+        tracking_total ... lag: as METRICS describes them under the same names, m, but noise_reduction in percent;
+            None where undefined (no truth, no prediction, unstable gains).
     """
 
     tracking_total: float | None
@@ -122,6 +124,7 @@ def measure(track: Track, measurements: Measurements, truth: Truth | None, gains
     if truth is not None and stable and measurements.interval is not None:
         rms = sqrt(float((truth.states[:, :, gains.order] ** 2).sum(axis=1).mean()))
         lag = abs(steady_lag(gains, measurements.interval, rms))
+        lag = lag if isfinite(lag) else None
     predicted, smoothed = track.predicted[:, :, 0], track.smoothed[:, :, 0]
     known = None if truth is None else truth.positions
     return _figures(predicted, smoothed, measurements.positions, known, lag)

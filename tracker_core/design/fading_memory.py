@@ -1,4 +1,7 @@
-"""The fading-memory (discounted least squares) polynomial filters: every pole at xi."""
+"""The fading-memory (discounted least squares) polynomial filters: every pole at xi.
+
+1 - xi^n is written as a product, which keeps its digits near xi = 1.
+"""
 
 from tracker_core.checks import Domain
 from tracker_core.design.base import Design
@@ -8,18 +11,18 @@ XI = Domain(0, 1, high_open=True)
 
 def order2(xi: float) -> tuple[float, float]:
     """Discounted least squares of a straight line."""
-    return 1 - xi**2, (1 - xi) ** 2
+    return (1 - xi) * (1 + xi), (1 - xi) ** 2
 
 
 def order3(xi: float) -> tuple[float, float, float]:
     """Discounted least squares of a parabola."""
-    return 1 - xi**3, 1.5 * (1 - xi) ** 2 * (1 + xi), (1 - xi) ** 3
+    return (1 - xi) * (1 + xi + xi**2), 1.5 * (1 - xi) ** 2 * (1 + xi), (1 - xi) ** 3
 
 
 def order4(xi: float) -> tuple[float, float, float, float]:
     """Discounted least squares of a cubic."""
     return (
-        1 - xi**4,
+        (1 - xi) * (1 + xi) * (1 + xi**2),
         (1 - xi) ** 2 * (11 + 14 * xi + 11 * xi**2) / 6,
         2 * (1 - xi) ** 3 * (1 + xi),
         (1 - xi) ** 4,

@@ -5,19 +5,19 @@ from math import sqrt
 from tracker_core.checks import Domain
 from tracker_core.design.base import Design
 
-TRACKING_INDEX = Domain(0, 1e6, low_open=True)
-"""Beyond the upper end alpha is 1 to the last digit and the formulas lose theirs."""
+TRACKING_INDEX = Domain(1e-12, 1e6)
+"""Below it the gains are nothing, above it alpha is 1 to the last digit."""
 
 
 def damping(tracking_index: float) -> float:
-    """r = (4 + L - sqrt(8L + L^2))/4, in the form without cancellation: 4/(4 + L + sqrt(8L + L^2))."""
-    return 4 / (4 + tracking_index + sqrt(8 * tracking_index + tracking_index**2))
+    """u = 1 - r, where r = (4 + L - sqrt(8L + L^2))/4, in the form that keeps its digits at small L."""
+    return 2 * tracking_index / (sqrt(8 * tracking_index + tracking_index**2) + tracking_index)
 
 
 def order2(tracking_index: float) -> tuple[float, float]:
     """alpha = 1 - r^2, beta = 2(2 - alpha) - 4 sqrt(1 - alpha) = 2(1 - r)^2."""
-    r = damping(tracking_index)
-    return 1 - r**2, 2 * (1 - r) ** 2
+    u = damping(tracking_index)
+    return u * (2 - u), 2 * u**2
 
 
 DESIGN = Design(
