@@ -309,6 +309,7 @@
     text("formula", answer.formula);
     text("description", answer.description);
     text("slice", answer.slice);
+    text("scale", answer.scale);
     text("at-text", answer.cursor);
     element("unpin").hidden = !answer.pinned;
     showCards(answer.cards);

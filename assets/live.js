@@ -3,9 +3,14 @@
 (function () {
   "use strict";
 
-  const rounded = (pixel) => Math.round(pixel * 10) / 10;
+  // All our axes are linear: value to pixel, to a tenth.
+  function scale(axis) {
+    const base = axis.c2p(0);
+    const slope = axis.c2p(1) - base;
+    return (value) => Math.round((base + slope * value) * 10) / 10;
+  }
 
-  function outline(xs, ys, xaxis, yaxis) {
+  function outline(xs, ys, px, py) {
     let path = "";
     let pen = "M";
     for (let i = 0; i < xs.length; i++) {
@@ -13,31 +18,31 @@
         pen = "M";
         continue;
       }
-      path += `${pen}${rounded(xaxis.c2p(xs[i]))},${rounded(yaxis.c2p(ys[i]))}`;
+      path += pen + px(xs[i]) + "," + py(ys[i]);
       pen = "L";
     }
     return path || "M0,0";
   }
 
-  function movePoints(points, xs, ys, xaxis, yaxis) {
+  function movePoints(points, xs, ys, px, py) {
     let next = 0;
     for (let i = 0; i < xs.length && next < points.length; i++) {
       if (xs[i] !== xs[i] || ys[i] !== ys[i]) continue;
-      points[next++].setAttribute("transform", `translate(${rounded(xaxis.c2p(xs[i]))},${rounded(yaxis.c2p(ys[i]))})`);
+      points[next++].setAttribute("transform", `translate(${px(xs[i])},${py(ys[i])})`);
     }
   }
 
   // `lines`: index of the trace, and its x and y as typed arrays, for every trace that moved.
   function drawLines(plot, lines) {
     if (!plot || !plot._fullLayout) return;
-    const { xaxis, yaxis } = plot._fullLayout;
+    const [px, py] = [scale(plot._fullLayout.xaxis), scale(plot._fullLayout.yaxis)];
     for (const [index, xs, ys] of lines) {
       const trace = plot._fullData[index];
       const group = trace && plot.querySelector(`.scatterlayer .trace${trace.uid}`);
       if (!group) continue;
       const strokes = group.querySelectorAll(".js-line, .js-fill");
       if (strokes.length) {
-        const path = outline(xs, ys, xaxis, yaxis);
+        const path = outline(xs, ys, px, py);
         const drawn = new Set();
         for (const stroke of strokes) {
           const kind = stroke.classList[0];
@@ -46,7 +51,7 @@
           drawn.add(kind);
         }
       }
-      movePoints(group.querySelectorAll(".point"), xs, ys, xaxis, yaxis);
+      movePoints(group.querySelectorAll(".point"), xs, ys, px, py);
     }
   }
 

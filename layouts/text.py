@@ -43,7 +43,7 @@ def change_text(name: str, value: float | None, pinned: float | None) -> tuple[s
     if abs(difference) <= 1e-12 * max(abs(value), abs(pinned)):
         return "no change", "same"
     sign = "+" if difference > 0 else "−"
-    text = f"{sign}{significant(abs(difference), 3)}"
+    text = f"{sign}{significant(abs(difference), 2)}"
     if METRICS[name].unit != "%" and pinned:
         share = abs(difference / pinned)
         text += f" ({sign}{share * 100:.1f} %)" if share < GREAT else f" (× {significant(value / pinned, 2)})"

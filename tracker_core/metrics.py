@@ -107,7 +107,7 @@ def distances(difference: FloatArray) -> FloatArray:
     """Euclidean length over the axes, shape (n_samples,); NaN where any axis is NaN."""
     if difference.shape[1] == 1:
         return np.abs(difference[:, 0])
-    return np.sqrt((difference**2).sum(axis=1))
+    return np.sqrt(np.einsum("ij,ij->i", difference, difference))
 
 
 def measure(track: Track, measurements: Measurements, truth: Truth | None, gains: Gains, *, stable: bool) -> Metrics:
@@ -122,7 +122,8 @@ def measure(track: Track, measurements: Measurements, truth: Truth | None, gains
     """
     lag = None
     if truth is not None and stable and measurements.interval is not None:
-        rms = sqrt(float((truth.states[:, :, gains.order] ** 2).sum(axis=1).mean()))
+        manoeuvre = truth.states[:, :, gains.order]
+        rms = sqrt(float(np.einsum("ij,ij", manoeuvre, manoeuvre)) / len(manoeuvre))
         lag = abs(steady_lag(gains, measurements.interval, rms))
         lag = lag if isfinite(lag) else None
     predicted, smoothed = track.predicted[:, :, 0], track.smoothed[:, :, 0]

@@ -38,18 +38,23 @@ class Verdict:
     """What is known of the stability of one gain set.
 
     Attributes:
+        gains: the gain set.
         stable: whether every pole lies inside the unit circle; the border itself counts as unstable.
         spectral_radius: the largest magnitude of a pole, from eigenvalues.
         poles: complex, shape (order,), largest magnitude first.
         conditions: the exact region of this order as inequalities; `stable` is their conjunction.
-        jury: the rows of the general Jury table; they come to the same verdict.
     """
 
+    gains: Gains
     stable: bool
     spectral_radius: float
     poles: tuple[complex, ...]
     conditions: tuple[Condition, ...]
-    jury: tuple[Condition, ...]
+
+    @property
+    def jury(self) -> tuple[Condition, ...]:
+        """The rows of the general Jury table; they come to the same verdict."""
+        return jury_table(characteristic_polynomial(self.gains))
 
 
 def characteristic_polynomial(gains: Gains) -> FloatArray:
@@ -151,11 +156,11 @@ def assess(gains: Gains) -> Verdict:
     conditions = region_conditions(gains)
     roots = poles(gains)
     return Verdict(
+        gains=gains,
         stable=all(condition.holds for condition in conditions),
         spectral_radius=abs(roots[0]),
         poles=roots,
         conditions=conditions,
-        jury=jury_table(characteristic_polynomial(gains)),
     )
 
 

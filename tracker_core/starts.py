@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -131,11 +132,18 @@ def _through(z: FloatArray, dt: FloatArray, points: IntArray, order: int) -> tup
         makes its leading part out of the measurements.
     """
     count = len(points)
-    times = np.array([-_elapsed(dt, int(point), int(points[-1])) for point in points])
-    inverse = np.linalg.inv(np.array([transition(count, time)[0] for time in times]))
+    inverse = _interpolation(tuple(-_elapsed(dt, int(point), int(points[-1])) for point in points))
     state = np.zeros(order)
     state[:count] = inverse @ z[points]
     return state, inverse
+
+
+@lru_cache(maxsize=256)
+def _interpolation(times: tuple[float, ...]) -> FloatArray:
+    """The matrix from measurements at these times to the state at time zero; the same ones come again and again."""
+    inverse = np.linalg.inv(np.array([transition(len(times), time)[0] for time in times]))
+    inverse.setflags(write=False)
+    return inverse
 
 
 def _elapsed(dt: FloatArray, earlier: int, later: int) -> float:

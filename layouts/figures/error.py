@@ -42,8 +42,8 @@ def error_figure(result: Result, view: View, theme: str, key: str, meta: dict[st
     cursor = float(times[view.cursor(len(times))])
     data = []
     for kind in errors:
-        faint = trace(kind, times[rows], _visible(errors[kind], top)[rows], theme, opacity=0.3, showlegend=False)
-        faint["line"] = {**faint["line"], "dash": "solid", "width": 1}
+        faint = trace(kind, times[rows], _visible(errors[kind], top)[rows], theme, showlegend=False)
+        faint["line"] = {"color": tokens(theme)[f"{kind}-faint"], "width": 1}
         data.append(faint if width > 1 else faint | {"visible": False})
     for kind, values in errors.items():
         smooth = running_rms(_visible(values, top), width)
@@ -97,7 +97,8 @@ def _scale(level: float, tracking: FloatArray) -> float:
     """The top of the axis: a round number, so that it seldom moves while the gains do."""
     finite = tracking[np.isfinite(tracking)]
     noise = 4 * level
-    usual = 1.1 * float(np.quantile(finite, 0.98)) if finite.size else 0.0
+    high = int(0.98 * (finite.size - 1))
+    usual = 1.1 * float(np.partition(finite, high)[high]) if finite.size else 0.0
     wanted = max(noise, min(usual, 50 * noise or usual)) or 1.0
     power = 10.0 ** floor(log10(wanted))
     return next(step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * power >= wanted * (1 - 1e-9))

@@ -2,71 +2,31 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import socket
-import subprocess
-import sys
-import time
-import urllib.request
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-ROOT = Path(__file__).parents[2]
-FLAGS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
+from benchmarks.serving import launch, server, settle
+
 # A busy machine with two processors draws slowly; nothing waits for as long unless it is broken.
 PATIENCE = 30_000
 expect.set_options(timeout=PATIENCE)
-
-SETTLED = "() => document.querySelector('#explore')?.dataset.state === 'settled'"
 
 
 @pytest.fixture(scope="session")
 def port() -> Iterator[int]:
     """A running server."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        number = free.getsockname()[1]
-    environment = os.environ | {"GAINSCOPE_PORT": str(number), "GAINSCOPE_HOST": "127.0.0.1"}
-    with subprocess.Popen([sys.executable, "app.py"], cwd=ROOT, env=environment) as process:
-        try:
-            _wait_until_ready(number, process)
-            yield number
-        finally:
-            process.terminate()
-
-
-def _wait_until_ready(number: int, process: subprocess.Popen[bytes]) -> None:
-    for _ in range(600):
-        assert process.poll() is None, "the server stopped"
-        try:
-            with urllib.request.urlopen(f"http://127.0.0.1:{number}/readyz") as answer:
-                if answer.status == 200:
-                    return
-        except OSError:
-            pass
-        time.sleep(0.1)
-    pytest.fail("the server did not become ready")
+    with server() as number:
+        yield number
 
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
     """Chromium, as the set-up found it."""
-    path = os.environ.get("GAINSCOPE_CHROMIUM") or shutil.which("chromium")
     with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=path, args=FLAGS)
+        chromium = launch(playwright)
         yield chromium
         chromium.close()
 
@@ -94,11 +54,6 @@ def open_page(browser: Browser, port: int) -> Iterator[Callable[..., Page]]:
     for context in contexts:
         context.close()
     assert complaints == []
-
-
-def settle(page: Page) -> None:
-    """Wait until the page says that every plot shows the last change."""
-    page.wait_for_function(SETTLED)
 
 
 class Plot:

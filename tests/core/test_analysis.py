@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tracker_core import Gains, Measurements, run_filter
+from tracker_core import Experiment, Gains, Measurements, run_experiment, run_filter
 from tracker_core.analysis import steady_lag
 
 # With poles near one half, what is left of the start after sixty samples is below the rounding error.
@@ -45,14 +45,20 @@ def test_steady_lag_by_hand(gains, interval, derivative, predicted, smoothed):
     assert steady_lag(gains, interval, derivative) == pytest.approx(smoothed, rel=1e-14, abs=0)
 
 
-@pytest.mark.xfail(
-    raises=RuntimeWarning,
-    reason="divides to infinity with a warning; the command line's JSON then has no number for it",
-)
-def test_the_lag_of_a_vanishing_gain_is_finite_or_refused():
-    """Beta 1e-320 is stable: the lag overflows."""
-    lag = steady_lag(Gains((0.5, 1e-320)), 1.0, 1.0)
-    assert lag is None or np.isfinite(lag)
+@pytest.mark.parametrize("predicted", [False, True])
+@pytest.mark.parametrize("derivative", [1.0, -1.0])
+def test_the_lag_of_a_vanishing_gain_is_infinite(derivative, predicted):
+    """Beta 1e-320 is stable, and its lag overflows: to infinity with its sign, without a warning."""
+    lag = steady_lag(Gains((0.5, 1e-320)), 1.0, derivative, predicted=predicted)
+    assert type(lag) is float
+    assert lag == math.copysign(math.inf, derivative)
+
+
+def test_an_infinite_lag_is_no_figure_of_merit():
+    """JSON has no number for it."""
+    result = run_experiment(Experiment.from_dict({"alpha": 0.5, "beta": 1e-320}))
+    assert result.verdict.stable
+    assert [metrics.lag for metrics in (result.metrics, *result.axis_metrics())] == [None] * 3
 
 
 @pytest.mark.parametrize("order", GAINS)

@@ -87,7 +87,7 @@ def test_received_values_are_shown_in_one_short_line(value):
 
 
 def test_values_that_print_on_several_lines_are_shown_in_one():
-    assert show(np.eye(2)) == "array([[1., 0.],        [0., 1.]])"
+    assert show(np.eye(2)) == "array([[1., 0.], [0., 1.]])"
 
 
 def test_long_values_are_cut():

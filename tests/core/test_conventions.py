@@ -95,7 +95,8 @@ def test_normalised_takes_an_array():
         ((0.1,) * 5, "normalised", "gains", (0.1,) * 5),
         ((float("nan"), 0.1), "normalised", "alpha", float("nan")),
         ((0.1, float("inf")), "normalised", "beta", float("inf")),
-        ((0.1, 0.1, -1000.1), "normalised", "gamma", -1000.1),
+        ((0.1, 0.1, -1000000.1), "normalised", "gamma", -1000000.1),
+        ((1000000.1, 0.1), "half", "alpha", 1000000.1),
         ((0.1, 0.1, 0.1, 1e300), "taylor", "eta", 1e300),
         ((0.1, True), "normalised", "beta", True),
         ((0.1, 0.1), "brookner", "convention", "brookner"),
@@ -106,6 +107,13 @@ def test_bad_gains_are_refused(values, convention, field, received):
         Gains(values, convention)
     assert caught.value.field == field
     assert repr(caught.value.received) == repr(received)
+
+
+@pytest.mark.parametrize("convention", FACTORS)
+@pytest.mark.parametrize("value", [-1e6, 1e6])
+def test_the_greatest_gains(convention, value):
+    """A thousand times what a user may give, so that rewriting what he gives never leaves the domain."""
+    assert Gains((value,) * 4, convention).values == (value,) * 4
 
 
 def test_conversion_to_an_unknown_convention_is_refused():

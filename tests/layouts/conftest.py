@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import warnings
 
 import httpx
 import pytest
@@ -109,23 +108,28 @@ def request_for():
 @pytest.fixture(scope="session")
 def dash_app():
     """The application as app.py builds it."""
-    with warnings.catch_warnings():
-        return app.build()
+    return app.build()
 
 
 @pytest.fixture(scope="session")
-def get(dash_app):
-    """The answer to an HTTP GET, without a network."""
+def http(dash_app):
+    """An HTTP request to the application and its answer, without a network."""
 
-    def ask(path):
+    def ask(method, path, **more):
         async def once():
             transport = httpx.ASGITransport(app=dash_app.server)
             async with httpx.AsyncClient(transport=transport, base_url=f"http://{HOST}") as client:
-                return await client.get(path)
+                return await client.request(method, path, **more)
 
         return asyncio.run(once())
 
     return ask
+
+
+@pytest.fixture(scope="session")
+def get(http):
+    """The answer to an HTTP GET."""
+    return lambda path: http("GET", path)
 
 
 @pytest.fixture(scope="session")

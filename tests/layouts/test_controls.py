@@ -390,9 +390,7 @@ def test_three_points_cannot_be_chosen_at_order_2(controls_for):
 def test_a_design_of_order_2_takes_three_points_away(controls_for):
     got = move(controls_for(start="three-point"), design="kalata")
     assert (got.settings.experiment.order, got.settings.experiment.start) == (2, "two-point")
-    assert got.note == (
-        "Kalata is a filter of order 2. Three points needs order 3: starting with two points."
-    )
+    assert got.note == ("Kalata is a filter of order 2. Three points needs order 3: starting with two points.")
 
 
 @pytest.mark.parametrize("start", ["known", "first", "two-point", "expanding"])
@@ -548,7 +546,9 @@ WORDS = st.sampled_from([
     *SCENARIOS, *DESIGNS, *CONVENTIONS, *presets(), "manual", "known", "three-point", "white", "recorded", "none", "x",
     "y", "range", "position", "jerk", "2", "3", "4", "0.5", "10,20", "", "nan", "-1",
 ])  # fmt: skip
-NUMBERS = st.sampled_from([0, 1, 2, 3, 4, 5, 0.1, 0.5, 0.99, 1.5, -1, 1000, 3000, 1e-6, 1e300, -0.0, math.nan, math.inf])
+NUMBERS = st.sampled_from(
+    [0, 1, 2, 3, 4, 5, 0.1, 0.5, 0.99, 1.5, -1, 1000, 3000, 1e-6, 1e300, -0.0, math.nan, math.inf]
+)
 SCALARS = st.none() | st.booleans() | WORDS | NUMBERS | st.integers() | st.floats() | st.text(max_size=10)
 ANYTHING = st.recursive(
     SCALARS, lambda deeper: st.lists(deeper, max_size=3) | st.dictionaries(st.text(max_size=5), deeper, max_size=3),

@@ -57,7 +57,7 @@ def series(figure):
     return {
         TITLES[trace["name"]]: trace
         for trace in figure["data"]
-        if trace.get("name") in TITLES and trace.get("opacity", 1) == 1
+        if trace.get("name") in TITLES and trace.get("showlegend", True)
     }
 
 
@@ -110,15 +110,14 @@ def test_measurements_are_hollow_and_never_joined(plot):
     assert observed["marker"]["symbol"].endswith("-open")
 
 
-def test_a_running_mean_lies_before_faint_lines_of_the_same_colour():
-    figure = plots(run())["error"]
-    faint = [trace for trace in figure["data"] if trace.get("opacity", 1) < 1]
+@pytest.mark.parametrize("theme", THEMES)
+def test_a_running_mean_lies_before_faint_lines(theme):
+    figure = plots(run(), theme=theme)["error"]
+    faint = [trace for trace in figure["data"] if trace.get("name") in TITLES and not trace.get("showlegend", True)]
     assert [trace["name"] for trace in faint] == ["Predicted", "Smoothed"]
-    for trace in faint:
-        kind = TITLES[trace["name"]]
-        assert trace["line"]["color"] == tokens("light")[kind]
-        assert trace["line"]["width"] < series(figure)[kind]["line"]["width"]
-        assert not trace["showlegend"]
+    for index, trace in enumerate(faint):
+        assert figure["data"][index] is trace
+        assert trace["line"]["width"] < series(figure)[TITLES[trace["name"]]]["line"]["width"]
     assert all(trace.get("visible") is False for trace in plots(run(samples=80))["error"]["data"][:2])
 
 
@@ -256,7 +255,9 @@ def test_the_longest_run_gives_small_figures():
         assert len(orjson.dumps(figure)) < 400_000
     # Thinned, not cut off: what is drawn reaches to the end.
     assert points(plots(result)["path"]["data"][0]).shape == (5000, 2)
-    np.testing.assert_allclose(coordinates(plots(result)["axis"]["data"][0]["x"])[-1], result.truth.times[-1], rtol=1e-3)
+    np.testing.assert_allclose(
+        coordinates(plots(result)["axis"]["data"][0]["x"])[-1], result.truth.times[-1], rtol=1e-3
+    )
 
 
 # What stays while the gains move -----------------------------------------------------------------------------------
@@ -288,7 +289,10 @@ def test_no_zoom_is_lost_while_the_gains_move(gains):
     view = View(axis=1, quantity=1, at=40)
     kept = [
         {name: figure["layout"]["uirevision"] for name, figure in plots(run(**more), view).items()}
-        for more in ({"order": 3, "design": "fading-memory", "xi": 0.6}, {"order": 3, "design": "fading-memory"} | gains)
+        for more in (
+            {"order": 3, "design": "fading-memory", "xi": 0.6},
+            {"order": 3, "design": "fading-memory"} | gains,
+        )
     ]
     assert kept[0] == kept[1]
 
@@ -305,7 +309,9 @@ def test_no_zoom_is_lost_while_the_gains_move(gains):
 def test_another_view_gets_a_zoom_of_its_own(view, changed):
     result = run()
     before, after = plots(result), plots(result, view)
-    assert {name for name in before if before[name]["layout"]["uirevision"] != after[name]["layout"]["uirevision"]} == changed
+    assert {
+        name for name in before if before[name]["layout"]["uirevision"] != after[name]["layout"]["uirevision"]
+    } == changed
     other = plots(result, key="another target")
     kept = {name for name in before if before[name]["layout"]["uirevision"] == other[name]["layout"]["uirevision"]}
     assert kept == {"stability"}

@@ -15,9 +15,13 @@ SOURCES = sorted(
     for path in [*ROOT.glob("layouts/**/*.py"), *ROOT.glob("assets/*.js"), *ROOT.glob("assets/*.css")]
     if path.name != "tokens.css"
 )
-COLOUR = re.compile(r"#(?:[0-9a-fA-F]{8}|[0-9a-fA-F]{6}|[0-9a-fA-F]{3,4})(?![\w-])|\b(?:rgb|hsl|hwb|oklch|oklab|lab)a?\(")
+COLOUR = re.compile(
+    r"#(?:[0-9a-fA-F]{8}|[0-9a-fA-F]{6}|[0-9a-fA-F]{3,4})(?![\w-])|\b(?:rgb|hsl|hwb|oklch|oklab|lab)a?\("
+)
 TRANSPARENT = "rgba(0,0,0,0)"
-PAINTED = re.compile(r"(?:^|[\s;{])((?:[\w-]*color|background|border[\w-]*|outline|fill|stroke|box-shadow)):\s*([^;}]+)")
+PAINTED = re.compile(
+    r"(?:^|[\s;{])((?:[\w-]*color|background|border[\w-]*|outline|fill|stroke|box-shadow)):\s*([^;}]+)"
+)
 WORDS = {
     "solid", "dashed", "dotted", "underline", "none", "transparent", "inherit", "collapse", "linear-gradient", "to",
     "right", "px", "important",
@@ -59,7 +63,9 @@ def test_every_token_of_the_sources_exists_and_none_is_idle():
     python = "\n".join(path.read_text(encoding="utf-8") for path in ROOT.glob("layouts/**/*.py"))
     named = set(re.findall(r"\bt(?:okens\(theme\))?\[\"([\w-]+)\"\]", python))
     assert {"surface", "marker", "observed"} <= named <= set(tokens("light"))
-    used = named | set(LINES) | set(re.findall(r"var\(--([\w-]+)", STYLES))
+    # Of every kind of line its own colour, and with an ending: tokens(theme)[f"{kind}-faint"].
+    endings = {"", *re.findall(r"\[f\"\{kind\}(-[\w-]+)\"\]", python)}
+    used = named | set(re.findall(r"var\(--([\w-]+)", STYLES)) | {kind + ending for kind in LINES for ending in endings}
     assert set(tokens("light")) - used == set()
 
 
@@ -144,7 +150,9 @@ def test_light_data_colours_are_those_of_okabe_and_ito():
     colours = [t[name] for name in ("observed", "predicted", "smoothed", "marker", "region-line")]
     assert set(colours) <= OKABE_ITO
     assert len(set(colours)) == 4
-    assert t["region"].startswith("rgba(0, 114, 178,")
+    for name, solid in (("region", "region-line"), ("predicted-faint", "predicted"), ("smoothed-faint", "smoothed")):
+        parts = ", ".join(str(int(t[solid][i : i + 2], 16)) for i in (1, 3, 5))
+        assert t[name].startswith(f"rgba({parts}, 0.")
     red, green, blue = (int(t["truth"][i : i + 2], 16) for i in (1, 3, 5))
     assert max(red, green, blue) - min(red, green, blue) < 32
 

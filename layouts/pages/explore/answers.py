@@ -213,6 +213,7 @@ def _report(request: Mapping[str, Any], resolution: Resolution, settings: Settin
         "owned": owned(experiment),
         "offers": offers(experiment),
         "slice": slice_text(result),
+        "scale": "" if settings.view.exaggerate == 1 else f"deviations × {settings.view.exaggerate}",
         "cursor": f"{cursor + 1:,} of {experiment.samples:,}, {significant(float(result.truth.times[cursor]))} s",
         "samples": experiment.samples,
     }

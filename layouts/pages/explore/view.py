@@ -226,7 +226,11 @@ def _plots() -> list[Component]:
         ),
         plot_card(
             "explore-close-up", "Close-up", "Thirty samples of the path around the chosen one.",
-            [tip("30 samples", "Around the sample chosen below; click on any plot to choose another.")], [cursor],
+            [
+                html.Span(id="explore-scale", className="hint"),
+                tip("30 samples", "Around the sample chosen below; click on any plot to choose another.", "hint"),
+            ],
+            [cursor],
         ),
         plot_card(
             "explore-time", "Over time", "One state of one axis against time.",

@@ -1,0 +1,101 @@
+"""python -m benchmarks: what one slider move costs, in the core, on the server and in the browser."""
+
+from __future__ import annotations
+
+import platform
+import statistics
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+from playwright.sync_api import sync_playwright
+
+from benchmarks.delay import Delay
+from benchmarks.drag import Drag, drag
+from benchmarks.serving import launch, server, settle
+from layouts.controls import controls_of
+from layouts.live import framed
+from layouts.pages.explore.answers import PLOTS, answer, drawing_keys, live_answer
+from layouts.state import from_query
+from tracker_core import Experiment, run_experiment, run_filter
+from tracker_core.experiment import observe
+
+ROUNDS = 400
+
+
+def timed(work: Callable[[], Any]) -> tuple[float, float]:
+    """Median and 95th percentile of the duration of a call, ms."""
+    work()
+    durations = []
+    for _ in range(ROUNDS):
+        begun = time.perf_counter()
+        work()
+        durations.append((time.perf_counter() - begun) * 1e3)
+    return statistics.median(durations), float(np.percentile(durations, 95))
+
+
+def row(name: str, median: float, high: float, bound: str = "") -> None:
+    """Print one line of figures."""
+    print(f"{name:<58} {median:8.2f} {high:8.2f}   {bound}")
+
+
+def measure_server() -> None:
+    """The core and the answers, without a browser."""
+    experiment = Experiment.from_dict({"order": 4, "xi": 0.74})
+    _, measurements = observe(experiment)
+    settings, _ = from_query({"order": "4", "xi": "0.74"})
+    request = {
+        "seq": 1,
+        "controls": controls_of(settings),
+        "changed": ["xi"],
+        "theme": "light",
+        "drawn": drawing_keys(settings, "light"),
+    }
+    shown = ["explore-path", "explore-close-up", "explore-error"]
+    print(f"\n{'1,000 samples, two axes, order 4':<58} {'median':>8} {'p95':>8}   ms")
+    row("the filter alone", *timed(lambda: run_filter(measurements, experiment.gains())))
+    row("core: run with metrics and stability", *timed(lambda: run_experiment(experiment)), "at most 1 median")
+    row(
+        "answer to a moving slider: core, lines, bytes", *timed(lambda: framed(*live_answer(request | {"want": shown})))
+    )
+    row("answer to the callback: core, five patches", *timed(lambda: answer(request | {"want": list(PLOTS)})))
+
+
+def measure_browser() -> None:
+    """The drag, in Chromium."""
+    print(f"\n{'slider to drawn plot, 240 mouse moves':<58} {'median':>8} {'p95':>8}   ms")
+    with server() as port, sync_playwright() as playwright, Delay(port, 0.08) as line:
+        browser = launch(playwright)
+        for name, at, rate, bound in (
+            ("25 moves a second", port, 25, "at most 40 median, 100 p95"),
+            ("25 moves a second, 80 ms of added latency", line.port, 25, "at least 30 drawn, the last one too"),
+            ("60 moves a second", port, 60, ""),
+        ):
+            context = browser.new_context(viewport={"width": 1440, "height": 900})
+            page = context.new_page()
+            page.goto(f"http://127.0.0.1:{at}/")
+            settle(page)
+            page.wait_for_timeout(1000)
+            outcome = drag(page, moves=240, rate=rate)
+            row(f"{name}: {summary(outcome)}", *np.percentile(outcome.delays, [50, 95]), bound)
+            context.close()
+        browser.close()
+
+
+def summary(outcome: Drag) -> str:
+    """How many changes were drawn."""
+    return f"{outcome.drawn} of {outcome.changes} drawn, last {'drawn' if outcome.last_drawn else 'MISSING'}"
+
+
+def main() -> None:
+    """Measure everything and print it."""
+    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "dash", "plotly"))
+    print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, {packages}")
+    measure_server()
+    measure_browser()
+
+
+if __name__ == "__main__":
+    main()

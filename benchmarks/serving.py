@@ -1,0 +1,68 @@
+"""A server and a browser for measuring and for testing."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from playwright.sync_api import Browser, Page, Playwright
+
+ROOT = Path(__file__).parents[1]
+CHROMIUM_FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+SETTLED = "() => document.querySelector('#explore')?.dataset.state === 'settled'"
+
+
+@contextmanager
+def server() -> Iterator[int]:
+    """A running, ready server; gives its port."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    environment = os.environ | {"GAINSCOPE_PORT": str(port), "GAINSCOPE_HOST": "127.0.0.1"}
+    with subprocess.Popen([sys.executable, "app.py"], cwd=ROOT, env=environment) as process:
+        try:
+            _wait_until_ready(port, process)
+            yield port
+        finally:
+            process.terminate()
+
+
+def _wait_until_ready(port: int, process: subprocess.Popen[bytes]) -> None:
+    for _ in range(600):
+        if process.poll() is not None:
+            break
+        try:
+            with urllib.request.urlopen(f"http://127.0.0.1:{port}/readyz") as answer:
+                if answer.status == 200:
+                    return
+        except OSError:
+            pass
+        time.sleep(0.1)
+    raise RuntimeError("the server did not become ready")
+
+
+def launch(playwright: Playwright) -> Browser:
+    """Chromium: the one that GAINSCOPE_CHROMIUM names, else the system's."""
+    path = os.environ.get("GAINSCOPE_CHROMIUM") or shutil.which("chromium")
+    return playwright.chromium.launch(executable_path=path, args=CHROMIUM_FLAGS)
+
+
+def settle(page: Page) -> None:
+    """Wait until the Explore page says that every plot shows the last change."""
+    page.wait_for_function(SETTLED)

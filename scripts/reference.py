@@ -1,0 +1,115 @@
+"""Writes docs/reference.md from the registries: `python scripts/reference.py`. A test fails when it is stale."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from tracker_core import CONVENTIONS, DESIGNS, METRICS, SCENARIOS, STARTS  # noqa: E402
+from tracker_core.experiment import DEFAULTS  # noqa: E402
+from tracker_core.fields import FIELDS  # noqa: E402
+from tracker_core.papers import papers  # noqa: E402
+
+TARGET = ROOT / "docs" / "reference.md"
+
+
+def table(head: list[str], rows: list[list[str]]) -> list[str]:
+    """A Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return ["| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines] + [""]
+
+
+def reference() -> str:
+    """The whole page."""
+    parts = [
+        "# Reference",
+        "",
+        "Written by `scripts/reference.py` from the registries that the menus, the command line and the tests read.",
+        "",
+        "## Fields of an experiment",
+        "",
+        "Flags of the command line carry the same names with hyphens, links the same names as they are. What is left",
+        "out comes from the scenario, then from the last column.",
+        "",
+        *table(
+            ["field", "symbol", "unit", "what it is", "admitted", "default"],
+            [
+                [
+                    f"`{name}`",
+                    field.symbol,
+                    field.unit,
+                    field.sentence,
+                    ", ".join(f"`{choice}`" for choice in field.choices) or field.domain.rule.removeprefix("must be "),
+                    f"`{_default(DEFAULTS[name])}`" if name in DEFAULTS else "",
+                ]
+                for name, field in FIELDS.items()
+            ],
+        ),
+        "## Gain conventions",
+        "",
+        *table(
+            ["name", "γ and η multiply the innovation by", "used by"],
+            [[f"`{c.name}`", " and ".join(c.terms), c.used_by] for c in CONVENTIONS.values()],
+        ),
+        "## Designs",
+        "",
+        "Formulas give normalised gains.",
+        "",
+        *table(
+            ["name", "order", "from", "formula", "source", "remark"],
+            [
+                [
+                    f"`{d.name}`",
+                    str(order),
+                    ", ".join(
+                        f"`{name}` {domain.rule.removeprefix('must be ')}" for name, domain in d.parameters.items()
+                    ),
+                    d.formula[order],
+                    d.source,
+                    d.remark,
+                ]
+                for d in DESIGNS.values()
+                for order in d.orders
+            ],
+        ),
+        "## Scenarios",
+        "",
+        *table(
+            ["name", "axes", "what it is", "source"],
+            [[f"`{s.name}`", ", ".join(s.axes), s.description, s.source] for s in SCENARIOS.values()],
+        ),
+        "## Starts",
+        "",
+        *table(["name", "what it does"], [[f"`{s.name}`", s.sentence] for s in STARTS.values()]),
+        "## Metrics",
+        "",
+        "Sums and means run over the samples at which the error is defined: not before the filter predicts, not where",
+        "a measurement is missing, not after a stop.",
+        "",
+        *table(
+            ["name", "unit", "what it is", "formula"],
+            [[f"`{name}`", m.unit, m.sentence, m.formula] for name, m in METRICS.items()],
+        ),
+        "## Runs of the source documents",
+        "",
+        *table(
+            ["document", "run", "experiment", "note"],
+            [
+                [p.title, r.title, ", ".join(f"{k} {v}" for k, v in r.experiment.to_dict(minimal=True).items()), r.note]
+                for p in papers().values()
+                for r in p.runs
+            ],
+        ),
+    ]
+    return "\n".join(parts)
+
+
+def _default(value: object) -> str:
+    return ", ".join(f"{item:g}" for item in value) if isinstance(value, tuple) else str(value)
+
+
+if __name__ == "__main__":
+    TARGET.write_text(reference(), encoding="utf-8")

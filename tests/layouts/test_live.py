@@ -1,0 +1,251 @@
+"""The socket: who may speak, what is understood, and that one bad question leaves the server as it was."""
+
+import asyncio
+import json
+import threading
+
+import numpy as np
+import pytest
+from fastapi import FastAPI
+
+from layouts import live
+from layouts.live import MESSAGE_LIMIT, POLICY, TOO_LARGE, UNREADABLE, framed, same_origin
+from layouts.pages.explore import LONG_RUN
+from layouts.pages.explore.answers import PLOTS, answer, live_answer
+
+HOST = "gainscope.test:8050"
+
+# Parts -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("origin", "host", "same"),
+    [
+        ("http://localhost:8050", "localhost:8050", True),
+        ("https://localhost:8050", "localhost:8050", True),
+        ("http://LocalHost:8050", "localhost:8050", True),
+        ("http://localhost:8050", "LOCALHOST:8050", True),
+        ("https://gainscope.example", "gainscope.example", True),
+        ("http://[::1]:8050", "[::1]:8050", True),
+        ("http://localhost:8051", "localhost:8050", False),
+        ("http://localhost", "localhost:8050", False),
+        ("http://127.0.0.1:8050", "localhost:8050", False),
+        ("http://evil.example", "localhost:8050", False),
+        ("http://localhost:8050.evil.example", "localhost:8050", False),
+        ("http://evil.example/localhost:8050", "localhost:8050", False),
+        ("http://evil.example#localhost:8050", "localhost:8050", False),
+        ("http://localhost:8050@evil.example", "localhost:8050", False),
+        ("localhost:8050", "localhost:8050", False),
+        ("null", "localhost:8050", False),
+        ("", "localhost:8050", False),
+        (None, "localhost:8050", False),
+        ("http://localhost:8050", None, False),
+        (None, None, False),
+    ],
+)
+def test_a_page_of_this_server_and_no_other_may_speak(origin, host, same):
+    assert same_origin(origin, host) is same
+
+
+@pytest.mark.xfail(raises=ValueError, reason="urlsplit refuses it, and nobody catches that")
+@pytest.mark.parametrize("origin", ["http://[", "http://[gainscope]", "http://a\u2100b"])
+def test_an_origin_that_cannot_be_read_is_a_foreign_one(origin):
+    assert same_origin(origin, "localhost:8050") is False
+
+
+@pytest.mark.parametrize("rest", [{}, {"a": 1}, {"ab": 1}, {"abc": "ξ"}, {"abcd": "🙂"}, {"long": "x" * 1000}])
+@pytest.mark.parametrize("lengths", [[], [3], [3, 0, 2]])
+def test_a_message_is_length_text_padding_and_numbers(rest, lengths):
+    arrays = [np.arange(length, dtype="f4") + 0.5 for length in lengths]
+    message = framed(rest, arrays)
+    length = int.from_bytes(message[:4], "little")
+    # A typed array begins at a multiple of four bytes only.
+    assert (4 + length) % 4 == 0
+    assert json.loads(message[4 : 4 + length].decode("utf-8")) == rest
+    np.testing.assert_array_equal(
+        np.frombuffer(message[4 + length :], dtype="<f4"), np.concatenate([[], *arrays]).astype("f4")
+    )
+
+
+# Over the application ----------------------------------------------------------------------------------------------
+
+ACCEPT = {"type": "websocket.accept"}
+
+
+def kinds(sent):
+    return [message["type"] for message in sent]
+
+
+def closed_with(sent):
+    """Code of the close that ends a connection."""
+    assert sent[-1]["type"] == "websocket.close"
+    return sent[-1]["code"]
+
+
+@pytest.fixture(scope="session")
+def question(controls_for, request_for):
+    """A good question about a page that shows everything already."""
+    _, rest = answer(request_for(controls_for()))
+    return request_for(controls_for(), {"xi": 0.5}, drawn=rest["drawn"], want=list(PLOTS)[:3])
+
+
+def test_a_good_question_is_answered(talk, question):
+    sent = talk(json.dumps(question))
+    assert kinds(sent) == ["websocket.accept", "websocket.send"]
+    assert sent[1]["bytes"] == framed(*live_answer(question))
+    assert len(sent[1]["bytes"]) > 10_000
+
+
+def test_questions_are_answered_in_their_order(talk, question):
+    sent = talk(*(json.dumps({**question, "seq": seq}) for seq in (1, 2, 3)))
+    assert [text_of(message)["seq"] for message in sent[1:]] == [1, 2, 3]
+
+
+def text_of(message):
+    """The text part of an answer."""
+    data = message["bytes"]
+    return json.loads(data[4 : 4 + int.from_bytes(data[:4], "little")])
+
+
+def test_an_entry_that_is_wrong_is_an_answer_like_any_other(talk, question):
+    wrong = {**question, "controls": {**question["controls"], "samples": "2"}}
+    sent = talk(json.dumps(wrong), json.dumps(question))
+    first, second = (text_of(message) for message in sent[1:])
+    assert (first["ok"], list(first["errors"])) == (False, ["samples"])
+    assert second["ok"]
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [None, "", "null", "http://evil.example", "http://gainscope.test", f"http://{HOST}.evil.example"],
+)
+def test_nobody_else_is_let_in(talk, question, origin):
+    sent = talk(json.dumps(question), origin=origin)
+    assert kinds(sent) == ["websocket.close"]
+    assert closed_with(sent) == POLICY == 1008
+
+
+def test_another_scheme_of_this_host_is_let_in(talk, question):
+    assert kinds(talk(json.dumps(question), origin=f"https://{HOST.upper()}"))[-1] == "websocket.send"
+
+
+UNREADABLE_MESSAGES = {
+    "empty": "",
+    "no JSON": "hello",
+    "half": '{"seq": 1',
+    "a number": "5",
+    "null": "null",
+    "a text": '"text"',
+    "a list": "[]",
+    "nothing in it": "{}",
+    "no controls": '{"seq": 1}',
+    "no number": '{"controls": {}}',
+    "controls that are none": '{"seq": 1, "controls": 5}',
+    "controls in a list": '{"seq": 1, "controls": [1]}',
+    "controls null": '{"seq": 1, "controls": null}',
+    "changes that are none": '{"seq": 1, "controls": {}, "changed": 5}',
+    "changes that are no names": '{"seq": 1, "controls": {}, "changed": [[1]]}',
+    "a pin that is none": '{"seq": 1, "controls": {}, "pin": [1]}',
+    "a drawing that is none": '{"seq": 1, "controls": {}, "want": ["explore-path"], "drawn": 5}',
+    "a wish that is none": '{"seq": 1, "controls": {}, "want": 5}',
+    "a number without end": '{"seq": 1, "controls": {"samples": ' + "9" * 5000 + "}}",
+    "bytes": b"\x00\xff",
+    "good JSON as bytes": b"{}",
+}
+
+
+@pytest.mark.parametrize("message", UNREADABLE_MESSAGES.values(), ids=UNREADABLE_MESSAGES)
+def test_what_cannot_be_understood_ends_the_connection_and_nothing_else(talk, question, message):
+    sent = talk(message, json.dumps(question))
+    assert kinds(sent) == ["websocket.accept", "websocket.close"]
+    assert closed_with(sent) == UNREADABLE == 1003
+    assert kinds(talk(json.dumps(question))) == ["websocket.accept", "websocket.send"]
+
+
+@pytest.mark.xfail(raises=(RecursionError, OverflowError), reason="not among the errors that mean unreadable")
+@pytest.mark.parametrize(
+    "message",
+    ["[" * (MESSAGE_LIMIT - 1), '{"seq": 1, "controls": {"samples": 1' + "0" * 400 + "}}"],
+    ids=["deep", "beyond a float"],
+)
+def test_what_breaks_the_reader_ends_the_connection_and_nothing_else(talk, message):
+    sent = talk(message)
+    assert kinds(sent)[0] == "websocket.accept"
+    assert sent[-1].get("code", UNREADABLE) == UNREADABLE
+
+
+@pytest.mark.parametrize("extra", [1, 1_000_000])
+def test_a_message_that_is_too_long_ends_the_connection(talk, question, extra):
+    text = json.dumps(question)
+    sent = talk(text + " " * (MESSAGE_LIMIT - len(text) + extra), text)
+    assert kinds(sent) == ["websocket.accept", "websocket.close"]
+    assert closed_with(sent) == TOO_LARGE == 1009
+    assert kinds(talk(text)) == ["websocket.accept", "websocket.send"]
+
+
+def test_a_message_of_just_the_limit_is_answered(talk, question):
+    text = json.dumps(question)
+    assert kinds(talk(text + " " * (MESSAGE_LIMIT - len(text))))[-1] == "websocket.send"
+
+
+def test_the_largest_honest_question_is_well_below_the_limit(question):
+    pin = question["controls"]
+    text = json.dumps({**question, "changed": list(question["controls"]), "pin": pin})
+    assert len(text) < MESSAGE_LIMIT / 5
+
+
+def test_a_connection_without_a_question_ends_quietly(talk):
+    assert talk() == [{"type": "websocket.accept", "subprotocol": None, "headers": []}]
+
+
+def test_there_is_no_other_socket(talk, question):
+    sent = talk(json.dumps(question), path="/explore/other")
+    assert kinds(sent) == ["websocket.close"]
+
+
+# Long answers ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("long", [False, True])
+def test_a_long_answer_is_made_in_a_thread(long):
+    """So that nobody else waits for it."""
+    server, where = FastAPI(), []
+
+    def respond(asked):
+        where.append(threading.current_thread() is threading.main_thread())
+        return {"got": asked}, []
+
+    live.attach(server, "/live", respond, lambda asked: asked["long"])
+    incoming = iter(
+        [
+            {"type": "websocket.connect"},
+            {"type": "websocket.receive", "text": json.dumps({"long": long})},
+            {"type": "websocket.disconnect", "code": 1000},
+        ]
+    )
+    sent = []
+
+    async def receive():
+        return next(incoming)
+
+    async def send(message):
+        sent.append(message)
+
+    scope = {
+        "type": "websocket",
+        "path": "/live",
+        "query_string": b"",
+        "headers": [(b"host", HOST.encode()), (b"origin", f"http://{HOST}".encode())],
+        "subprotocols": [],
+    }
+    asyncio.run(server(scope, receive, send))
+    assert where == [not long]
+    assert text_of(sent[-1]) == {"got": {"long": long}}
+
+
+@pytest.mark.parametrize("samples", [LONG_RUN, LONG_RUN + 1, str(LONG_RUN + 2)])
+def test_long_runs_are_answered_over_the_socket_like_short_ones(talk, controls_for, request_for, samples):
+    question = request_for(controls_for(), {"samples": samples})
+    text = text_of(talk(json.dumps(question))[-1])
+    assert text["ok"]
+    assert text["samples"] == int(samples)
