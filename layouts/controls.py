@@ -17,9 +17,12 @@ from tracker_core.design import MANUAL
 from tracker_core.experiment import DEFAULTS, PARAMETERS, read_experiment
 from tracker_core.fields import FIELDS
 from tracker_core.papers import papers
-from tracker_core.types import GAIN_NAMES, STATE_NAMES
+from tracker_core.types import GAIN_NAMES, ORDERS, STATE_NAMES
 
 TEXT_LIMIT = 200
+_KEPT = ("exaggerate", "preset")
+"""What a preset leaves as it is."""
+
 SENSOR_FIELDS = ("samples", "interval", "noise", "noise_std")
 
 SPARE_GAINS: dict[str, float] = {
@@ -111,7 +114,12 @@ def resolve(controls: Mapping[str, Any], changed: Iterable[str], pin: Mapping[st
     pinned = read_experiment(pin)[0] if pin is not None else None
     settings = Settings(experiment, view, pinned)
     kept = {name: draft.controls[name] for name in PARAMETERS if name in draft.controls}
-    return Resolution({**controls_of(settings), **_unused(kept, experiment)}, settings, (), draft.note)
+    after = {**controls_of(settings), **_unused(kept, experiment)}
+    chosen = draft.controls.get("preset")
+    if presets().get(str(chosen)) == experiment:
+        # Two documents report the same run; the one that was chosen stays.
+        after["preset"] = chosen
+    return Resolution(after, settings, (), draft.note)
 
 
 def _tame(value: Any) -> Any:
@@ -153,11 +161,13 @@ class _Draft:
         preset = presets().get(str(self.controls.get("preset"))) if "preset" in self.changed else None
         if preset is not None:
             self.new_target = preset.scenario != self.controls.get("scenario")
-            self.controls.update(controls_of(Settings(preset)))
+            self.controls.update(controls_of(Settings(preset)) | {name: self.controls.get(name) for name in _KEPT})
             return
         if "scenario" in self.changed and self.controls.get("scenario") in SCENARIOS:
             self._take_sensor()
         self._rewrite_gains()
+        if str(self.controls.get("order")) not in map(str, ORDERS):
+            return
         if "order" in self.changed:
             self._keep_design()
         elif "design" in self.changed:
@@ -167,10 +177,11 @@ class _Draft:
 
     @property
     def order(self) -> int:
+        """The order; where it cannot be read the highest, so that every gain that was given is looked at."""
         try:
             return int(FIELDS["order"].read("order", self.controls.get("order")))
         except InputError:
-            return int(DEFAULTS["order"])
+            return max(ORDERS)
 
     def _takes(self) -> tuple[str, ...]:
         design = self.controls.get("design")

@@ -50,7 +50,7 @@ def attach(server: FastAPI, path: str, answer: Answer, is_long: Callable[[Mappin
                 await websocket.send_bytes(await _reply(text, answer, is_long))
         except WebSocketDisconnect:
             return
-        except (ValueError, TypeError, KeyError, AttributeError):
+        except (ValueError, TypeError, LookupError, AttributeError, RecursionError, OverflowError):
             await websocket.close(UNREADABLE)
 
 
@@ -63,7 +63,12 @@ async def _reply(text: str, answer: Answer, is_long: Callable[[Mapping[str, Any]
 
 def same_origin(origin: str | None, host: str | None) -> bool:
     """Whether a socket was opened by a page of this server; a browser always says where it comes from."""
-    return origin is not None and host is not None and urlsplit(origin).netloc.lower() == host.lower()
+    if origin is None or host is None:
+        return False
+    try:
+        return urlsplit(origin).netloc.lower() == host.lower()
+    except ValueError:
+        return False
 
 
 def framed(rest: Mapping[str, Any], arrays: Iterable[FloatArray]) -> bytes:

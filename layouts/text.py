@@ -12,7 +12,7 @@ GREAT = 10
 
 
 def significant(value: float, digits: int = 4) -> str:
-    """A number to some significant digits, thousands grouped, no exponent between 0.0001 and 10 million.
+    """A number to some significant digits, thousands grouped, an exponent only for the very small and the very large.
 
     Whole digits before the point are never rounded away below 10 million.
     """
@@ -21,7 +21,7 @@ def significant(value: float, digits: int = 4) -> str:
     if value == 0:
         return "0"
     magnitude = floor(log10(abs(value)))
-    if not -5 < magnitude < 7:
+    if not -5 < magnitude < max(7, digits + 3):
         mantissa, exponent = f"{value:.{min(digits, 3) - 1}e}".split("e")
         return f"{mantissa}e{int(exponent)}".replace("-", "−")
     return f"{value:,.{max(0, digits - 1 - magnitude)}f}".replace("-", "−")

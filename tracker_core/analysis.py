@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from tracker_core.conventions import Gains
 
 
@@ -18,8 +20,11 @@ def steady_lag(gains: Gains, interval: float, derivative: float, *, predicted: b
         predicted: for the prediction instead of the smoothed position.
 
     Returns:
-        The lag in m, with the sign of truth minus estimate.
+        The lag in m, with the sign of truth minus estimate; infinite where it is beyond the range of numbers.
     """
     g = gains.vector
-    lag = interval**gains.order * derivative / float(g[-1])
-    return lag if predicted else (1 - float(g[0])) * lag
+    share = 1.0 if predicted else float(1 - g[0])
+    if share == 0:
+        return 0.0
+    with np.errstate(over="ignore"):
+        return float(share * (np.float64(interval) ** gains.order * derivative / g[-1]))

@@ -28,6 +28,7 @@ class InputError(ValueError):
         self.rule = rule
         self.received = received
         name = field if field.isprintable() else repr(field)
+        name = name if len(name) <= RECEIVED_LENGTH else name[: RECEIVED_LENGTH - 1] + "…"
         super().__init__(f"{name} {rule}, got {show(received)}")
 
 

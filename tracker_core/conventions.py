@@ -18,8 +18,8 @@ from tracker_core.types import GAIN_NAMES, ORDERS, FloatArray
 GAIN = Domain(-1000, 1000)
 """What a user may give as a gain: far beyond anything stable."""
 
-WRITTEN = Domain(-1e6, 1e6)
-"""What a gain may be in any convention: leaves room for rewriting, and keeps its powers finite."""
+WRITTEN = Domain(-1e9, 1e9)
+"""What a gain may be in any convention: keeps its powers finite."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,10 +98,12 @@ class Gains:
         if convention == self.convention:
             return self
         check_choice("convention", convention, CONVENTIONS)
-        return Gains(
-            tuple(rewrite(value, i, self.convention, convention) for i, value in enumerate(self.values)),
-            convention,
-        )
+        values = tuple(rewrite(value, i, self.convention, convention) for i, value in enumerate(self.values))
+        # Checked as they were given; in other words they may be larger.
+        other = object.__new__(Gains)
+        object.__setattr__(other, "values", values)
+        object.__setattr__(other, "convention", convention)
+        return other
 
 
 def rewrite(value: float, index: int, source: str, target: str) -> float:

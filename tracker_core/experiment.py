@@ -149,7 +149,7 @@ def read_experiment(values: Mapping[str, Any]) -> tuple[Experiment | None, list[
     known: dict[str, Any] = {}
     for name, value in values.items():
         if name not in FIELDS:
-            errors.append(InputError(str(name)[:40], "is not a field of the experiment", value))
+            errors.append(InputError(str(name), "is not a field of the experiment", value))
             continue
         if value is None:
             continue

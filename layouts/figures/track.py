@@ -167,7 +167,10 @@ def axis_figure(result: Result, view: View, theme: str, key: str, meta: dict[str
         trace("predicted", times[rows], clipped(predicted, limit)[rows], theme),
         trace("smoothed", times[rows], clipped(smoothed, limit)[rows], theme),
     ]
-    low_high = padded_range(np.concatenate((truth, observed, _typical(smoothed))), 0.08)
+    # What an error of the measurements makes of this state, whatever the gains: the axis must not move with them.
+    error = result.measurements.positions[:, view.axis] - result.truth.positions[:, view.axis]
+    spread = float(np.sqrt(np.nanmean(error**2))) / result.experiment.interval**view.quantity
+    low_high = padded_range(np.concatenate((truth - spread, truth + spread, observed)), 0.08)
     cursor = float(times[view.cursor(len(times))])
     data.append(
         {
@@ -191,9 +194,3 @@ def axis_figure(result: Result, view: View, theme: str, key: str, meta: dict[str
             yaxis={"title": {"text": f"{name} ({UNITS[view.quantity]})"}, "range": low_high},
         ),
     }
-
-
-def _typical(values: FloatArray) -> FloatArray:
-    """The middle 98 % of the finite values: a transient at the start must not set the scale."""
-    finite = values[np.isfinite(values) & (np.abs(values) < 1e9)]
-    return np.quantile(finite, [0.01, 0.99]) if finite.size else finite

@@ -67,3 +67,8 @@ def test_a_motion_that_the_filter_models_leaves_no_lag(order):
     truth = times ** (order - 1)
     track = run_filter(Measurements(times, truth[:, None], 1.0), Gains(GAINS[order]), start="two-point")
     assert track.innovation[75:, 0] == pytest.approx(0, abs=1e-9)
+
+
+def test_a_filter_that_follows_its_measurements_does_not_lag():
+    assert steady_lag(Gains((1.0, 1e-320)), 1.0, 1.0) == 0.0
+    assert steady_lag(Gains((0.5, 0.1)), 1e200, 1.0) == float("inf")

@@ -95,8 +95,8 @@ def test_normalised_takes_an_array():
         ((0.1,) * 5, "normalised", "gains", (0.1,) * 5),
         ((float("nan"), 0.1), "normalised", "alpha", float("nan")),
         ((0.1, float("inf")), "normalised", "beta", float("inf")),
-        ((0.1, 0.1, -1000000.1), "normalised", "gamma", -1000000.1),
-        ((1000000.1, 0.1), "half", "alpha", 1000000.1),
+        ((0.1, 0.1, -1000000001.0), "normalised", "gamma", -1000000001.0),
+        ((1000000001.0, 0.1), "half", "alpha", 1000000001.0),
         ((0.1, 0.1, 0.1, 1e300), "taylor", "eta", 1e300),
         ((0.1, True), "normalised", "beta", True),
         ((0.1, 0.1), "brookner", "convention", "brookner"),
@@ -119,3 +119,9 @@ def test_the_greatest_gains(convention, value):
 def test_conversion_to_an_unknown_convention_is_refused():
     with pytest.raises(InputError, match="^convention must be one of normalised, taylor, half, got 'brookner'$"):
         Gains((0.1, 0.1)).to("brookner")
+
+
+@pytest.mark.parametrize("convention", ["normalised", "taylor", "half"])
+def test_gains_at_their_limit_can_be_rewritten(convention):
+    gains = Gains((0.1, 0.1, 1e9, -1e9), "half" if convention == "taylor" else "taylor")
+    assert gains.to(convention).to(gains.convention).values == pytest.approx(gains.values, rel=1e-15)

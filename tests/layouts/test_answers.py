@@ -128,7 +128,6 @@ def test_patches_make_the_full_figures(controls_for, request_for, start, moved):
         assert written(patched(first[plot], patches[plot])) == written(full[plot]), plot
 
 
-@pytest.mark.xfail(reason="the vertical range follows the smoothed state, but is no part that moves")
 @pytest.mark.parametrize("quantity", [1, 2])
 def test_patches_make_the_full_plot_against_time(controls_for, request_for, quantity):
     controls = controls_for(View(quantity=quantity))
@@ -221,7 +220,7 @@ TARGET = EVERYTHING - {STABILITY}
         ({"scenario": "constant-velocity"}, TARGET),
         ({"theme": "dark"}, EVERYTHING),
     ],
-    ids=str,
+    ids=lambda value: str(value) if isinstance(value, dict) else f"{len(value)}-plots",
 )
 def test_a_plot_is_drawn_anew_where_more_than_the_gains_moved(controls_for, request_for, moved, anew):
     controls = controls_for()
@@ -375,7 +374,7 @@ def test_a_stable_run_that_leaves_the_world_is_told_too(controls_for, request_fo
     [
         (0, "Stable: the largest pole has magnitude 0."),
         (0.64, "Stable: the largest pole has magnitude 0.640."),
-        (0.995, "Stable: the largest pole has magnitude 0.99500."),
+        (0.995, "Stable: the largest pole has magnitude 0.995."),
     ],
 )
 @pytest.mark.parametrize("order", [2, 3])
@@ -384,11 +383,13 @@ def test_a_stable_filter_is_told_by_its_largest_pole(controls_for, request_for, 
     assert (rest["tone"], rest["status"]) == ("good", text)
 
 
-@pytest.mark.xfail(reason="a fourfold pole is known to 1e-4 only, and five digits of it are shown")
 @pytest.mark.parametrize("xi", [0.99, 0.9999])
 def test_the_pole_that_is_shown_is_the_pole(controls_for, request_for, xi):
     _, rest = ask(request_for, controls_for(design="fading-memory", order=4, xi=xi))
-    assert float(rest["status"].split()[-1].rstrip(".")) == pytest.approx(xi, abs=2e-5)
+    if xi > 0.999:
+        assert rest["status"] == "Stable, barely: the largest pole is within 0.001 of the unit circle."
+    else:
+        assert float(rest["status"].split()[-1].rstrip(".")) == pytest.approx(xi, abs=5e-4)
 
 
 def test_the_cards_are_the_metrics_of_the_run(controls_for, request_for):
@@ -415,7 +416,7 @@ def test_cards_show_the_change_since_the_pin(controls_for, request_for, moved):
         assert value == metric_text(name, now[name])
         assert (change, tone) == change_text(name, now[name], then[name])
         assert float(change.split()[0].replace("−", "-").replace(",", "")) == pytest.approx(
-            now[name] - then[name], rel=6e-3, abs=1e-9
+            now[name] - then[name], rel=0.051, abs=1e-9
         )
         improved = (now[name] < then[name]) == METRICS[name].lower_is_better
         assert tone == ("better" if improved else "worse")
@@ -434,7 +435,6 @@ def test_a_pin_of_another_target_is_compared_with_its_own_run(controls_for, requ
     assert rest["cards"]["lag"][1:] == list(change_text("lag", now.lag, then.lag))
 
 
-@pytest.mark.xfail(reason="a pinned run that was stopped is compared with, though its sums mean nothing")
 def test_a_pin_that_was_stopped_is_compared_with_nothing(controls_for, request_for):
     pin = Experiment.from_dict({"design": "manual", "order": 2, "alpha": 1.9, "beta": 1.5})
     _, rest = ask(request_for, controls_for(), pin=pin.to_dict())
@@ -478,6 +478,12 @@ def test_any_settings_are_answered_in_json_and_drawn(request_for, wanted):
 def test_the_link_is_that_of_the_settings(controls_for, request_for, values, link):
     _, rest = ask(request_for, controls_for(**values))
     assert rest["link"] == link
+
+
+@pytest.mark.parametrize(("factor", "text"), [(1, ""), (20, "deviations × 20")])
+def test_an_exaggeration_is_told(controls_for, request_for, factor, text):
+    _, rest = ask(request_for, controls_for(View(exaggerate=factor)))
+    assert rest["scale"] == text
 
 
 @pytest.mark.parametrize("samples", [3, 200, 4000, 200_000])
@@ -605,7 +611,6 @@ def test_the_samples_of_the_close_up_are_listed(controls_for, request_for, sampl
     assert f"{(samples // 2 if at is None else at) + 1:,}" in [row[0] for row in rows]
 
 
-@pytest.mark.xfail(reason="beyond ten million only three digits are left, and all rows read the same")
 def test_the_samples_of_a_long_way_can_be_told_apart(controls_for, request_for):
     _, (_, head, rows) = tables(request_for, controls_for(samples=20_000, interval=600))
     times = [row[head.index("time")] for row in rows]

@@ -276,7 +276,6 @@ def test_the_path_stays_where_it_is_while_the_gains_move(scenario, gains):
         assert same(series(before)[kind], series(after)[kind])
 
 
-@pytest.mark.xfail(reason="the smoothed state takes part in the range")
 @pytest.mark.parametrize("quantity", [0, 1, 2])
 def test_the_axes_of_a_state_stay_where_they_are_while_the_gains_move(quantity):
     view = View(axis=1, quantity=quantity)
@@ -322,7 +321,7 @@ def test_another_view_gets_a_zoom_of_its_own(view, changed):
     [
         "path",
         "close-up",
-        pytest.param("axis", marks=pytest.mark.xfail(reason="smoothed values up to 1e9 take part in the range")),
+        "axis",
         "error",
     ],
 )

@@ -50,7 +50,11 @@ def register(app: Dash) -> None:
 
 
 def _is_long(request: Mapping[str, Any]) -> bool:
+    return any(_samples(request.get(part)) > LONG_RUN for part in ("controls", "pin"))
+
+
+def _samples(described: Any) -> float:
     try:
-        return float(request["controls"]["samples"]) > LONG_RUN
-    except (KeyError, TypeError, ValueError):
-        return False
+        return float(described["samples"])
+    except (KeyError, TypeError, ValueError, OverflowError):
+        return 0

@@ -42,11 +42,14 @@ PLOTS: dict[str, tuple[Path, ...]] = {
     "explore-stability": stability_map.MOVING,
 }
 NUMBERS = "explore-numbers"
+NEARLY = 0.999
 
 
 @lru_cache(maxsize=64)
-def _pinned_metrics(experiment: Experiment) -> Metrics:
-    return run_experiment(experiment).metrics
+def _pinned_metrics(experiment: Experiment) -> Metrics | None:
+    """What a pinned experiment is compared by; None if its run was stopped."""
+    result = run_experiment(experiment)
+    return result.metrics if result.track.stopped_at is None else None
 
 
 def figures(
@@ -185,11 +188,11 @@ def _refusal(request: Mapping[str, Any], resolution: Resolution) -> dict[str, An
 
 def _report(request: Mapping[str, Any], resolution: Resolution, settings: Settings, result: Result) -> dict[str, Any]:
     experiment, metrics = settings.experiment, result.metrics.to_dict()
-    pinned = _pinned_metrics(settings.pin).to_dict() if settings.pin else None
+    pinned = _pinned_metrics(settings.pin) if settings.pin else None
     tone, status = status_text(result)
     cards = {}
     for name in CARDS:
-        change, change_tone = change_text(name, metrics[name], pinned[name]) if pinned else ("", "")
+        change, change_tone = change_text(name, metrics[name], getattr(pinned, name)) if pinned else ("", "")
         cards[name] = [metric_text(name, metrics[name]), change, change_tone]
     if result.track.stopped_at is not None:
         # Sums up to an arbitrary stop compare with nothing.
@@ -249,7 +252,10 @@ def status_text(result: Result) -> tuple[str, str]:
     """The verdict in a sentence, and its tone: "good" or "bad"."""
     verdict, stop, radius = result.verdict, result.track.stopped_at, result.verdict.spectral_radius
     if verdict.stable:
-        text = f"Stable: the largest pole has magnitude {significant(radius, 3 if radius < 0.99 else 5)}."
+        text = f"Stable: the largest pole has magnitude {significant(radius, 3)}."
+        if radius >= NEARLY:
+            # Equal poles are known to a ten-thousandth at best: no more digits than that.
+            text = "Stable, barely: the largest pole is within 0.001 of the unit circle."
         return ("good", text) if stop is None else ("bad", f"{text} {_stop_text(result)}")
     failed = ", ".join(f"{c.text} fails by {significant(-c.margin, 3)}" for c in verdict.conditions if not c.holds)
     text = f"Unstable: {failed} (normalised gains)."
