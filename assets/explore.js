@@ -6,7 +6,8 @@
   "use strict";
 
   const STEPS = 1000;
-  const PATIENCE = 3000; // ms after which a request counts as lost
+  const PATIENCE = 3000; // ms after which a change no longer waits for the answer to the one before
+  const LOST = 10000; // ms after which a request is sent again
   const RECONNECT = 3000; // ms until a lost connection is tried again
   const REST = 250; // ms without a change after which the plots are redrawn in full
   const SETTLED = 700; // ms without a change after which the numbers are read out
@@ -162,6 +163,9 @@
   }
 
   function send(want) {
+    // What an unanswered request had to say is said again.
+    for (const name of page.flying) page.changed.add(name);
+    page.flying = new Set(page.changed);
     page.busy = true;
     page.waiting = false;
     page.sentAt = performance.now();
@@ -177,8 +181,17 @@
       theme: document.documentElement.dataset.theme,
     };
     page.changed.clear();
+    clearTimeout(page.watch);
+    page.watch = setTimeout(sendAgain, LOST);
     if (live) page.socket.send(JSON.stringify(data));
     else dash_clientside.set_props("explore-request", { data });
+  }
+
+  function sendAgain() {
+    text("note", "The server does not answer; trying again.");
+    page.lost = true;
+    page.live = false;
+    send();
   }
 
   // While a slider moves: the path and its close-up every time, the other plots in turn.
@@ -245,6 +258,9 @@
       samples: data.controls.samples,
       pin: data.pin,
       changed: new Set(),
+      flying: new Set(),
+      watch: 0,
+      lost: false,
       busy: false,
       waiting: false,
       sentAt: 0,
@@ -274,6 +290,10 @@
   function finish(answer, numbers) {
     if (!page || !answer || answer.seq !== page.seq) return dash_clientside.no_update;
     page.busy = false;
+    page.flying.clear();
+    clearTimeout(page.watch);
+    if (page.lost) text("note", "");
+    page.lost = false;
     const rescaled = answer.ok && (answer.controls.written !== page.values.written || answer.samples !== page.samples);
     if (answer.ok) page.samples = answer.samples;
     for (const [name, value] of Object.entries(answer.controls)) {

@@ -342,3 +342,16 @@ def test_the_theme_follows_the_switch_and_is_remembered(open_page, plot, settle)
     page.reload()
     settle(page)
     assert plot(page, "path").meta["theme"] == "dark"
+
+
+def test_a_lost_answer_is_asked_for_again_and_no_edit_is_lost(open_page, settle):
+    page = open_page()
+    page.evaluate(
+        """() => {const real = window.fetch; let first = true;
+        window.fetch = (...all) => first ? (first = false, new Promise(() => {})) : real(...all)}"""
+    )
+    enter(page, "beta", "0.4")
+    settle(page)
+    assert page.input_value("#explore-design") == "manual"
+    assert page.input_value("#explore-beta") == "0.4"
+    expect(page.locator("#explore-note")).to_contain_text("You moved β")
