@@ -20,6 +20,7 @@
   const NUMBERS = "explore-numbers";
 
   let page = null;
+  let latest = null; // the newest socket
 
   // ------------------------------------------------------------------ elements
 
@@ -80,8 +81,10 @@
     const value = page.values[name];
     const field = element(name);
     const slider = element(`${name}-slider`);
-    if (field && field !== from) {
+    const typing = field && field.type === "text" && field === document.activeElement && field.value !== field.dataset.shown;
+    if (field && field !== from && !typing) {
       field.value = boxText(value);
+      field.dataset.shown = field.value;
       if (field.type === "text" && typeof value === "number") field.title = String(value);
     }
     const number = Number(value);
@@ -146,6 +149,8 @@
     if (name !== page.touched) text("note", "");
     page.touched = name;
     page.values[name] = value;
+    // In the order of the hand: the server lets later changes win.
+    page.changed.delete(name);
     page.changed.add(name);
     show(name, from);
     schedule(live);
@@ -164,7 +169,7 @@
 
   function send(want) {
     // What an unanswered request had to say is said again.
-    for (const name of page.flying) page.changed.add(name);
+    page.changed = new Set([...[...page.flying].filter((name) => !page.changed.has(name)), ...page.changed]);
     page.flying = new Set(page.changed);
     page.busy = true;
     page.waiting = false;
@@ -183,11 +188,19 @@
     page.changed.clear();
     clearTimeout(page.watch);
     page.watch = setTimeout(sendAgain, LOST);
+    page.askedLive = Boolean(live);
     if (live) page.socket.send(JSON.stringify(data));
     else dash_clientside.set_props("explore-request", { data });
   }
 
+  function pin() {
+    page.pinNext = false;
+    page.pin = page.experiment;
+    schedule();
+  }
+
   function sendAgain() {
+    if (!document.getElementById("explore")) return;
     text("note", "The server does not answer; trying again.");
     page.lost = true;
     page.live = false;
@@ -204,6 +217,7 @@
   function connect() {
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(`${scheme}//${location.host}${location.pathname.replace(/\/$/, "")}/explore/live`);
+    latest = socket;
     socket.binaryType = "arraybuffer";
     socket.onopen = () => (page.socket = socket);
     socket.onmessage = (event) => {
@@ -212,35 +226,44 @@
       finish(answer, new Float32Array(event.data, 4 + length));
     };
     socket.onclose = () => {
-      if (!document.getElementById("explore")) return;
-      const asked = page.socket === socket && page.busy && page.live;
+      // Only the page's own socket is replaced: a page that was built anew has one of its own.
+      if (socket !== latest || !document.getElementById("explore")) return;
+      const asked = page.socket === socket && page.busy && page.askedLive;
       page.socket = null;
       if (asked) {
         page.busy = false;
         schedule();
       }
-      setTimeout(connect, RECONNECT);
+      setTimeout(() => socket === latest && connect(), RECONNECT);
     };
   }
 
   // Plots drawn by hand while a slider moved are redrawn by plotly, one at a time, once it rests.
   function settle() {
     clearTimeout(page.resting);
-    if (page.busy || page.waiting) return;
+    if (page.busy || page.waiting || !document.getElementById("explore")) return;
+    if (page.refused) {
+      // Nothing can be drawn until the entry is mended.
+      document.getElementById("explore").dataset.state = "settled";
+      return;
+    }
     if (!page.stale.size) {
       if (!isDrawn()) {
         page.resting = setTimeout(settle, 30);
         return;
       }
-      if (location.search !== (page.link ? `?${page.link}` : "")) {
-        history.replaceState(history.state, "", page.link ? `?${page.link}` : location.pathname);
-      }
+      writeLink();
       document.getElementById("explore").dataset.state = "settled";
       return;
     }
     const rest = page.editedAt + REST - performance.now();
     if (rest > 0) page.resting = setTimeout(settle, rest);
     else send([page.stale.values().next().value]);
+  }
+
+  function writeLink() {
+    const query = page.link ? `?${page.link}` : "";
+    if (location.search !== query) history.replaceState(history.state, "", query || location.pathname);
   }
 
   // Dash answers before plotly has drawn.
@@ -252,6 +275,7 @@
   }
 
   function begin(data) {
+    if (page) for (const timer of [page.watch, page.resting, page.reader]) clearTimeout(timer);
     page = {
       values: data.controls,
       sliders: data.sliders,
@@ -261,6 +285,8 @@
       flying: new Set(),
       watch: 0,
       lost: false,
+      refused: false,
+      pinNext: false,
       busy: false,
       waiting: false,
       sentAt: 0,
@@ -290,6 +316,7 @@
   function finish(answer, numbers) {
     if (!page || !answer || answer.seq !== page.seq) return dash_clientside.no_update;
     page.busy = false;
+    page.refused = !answer.ok;
     page.flying.clear();
     clearTimeout(page.watch);
     if (page.lost) text("note", "");
@@ -307,8 +334,10 @@
     const note = [elsewhere, answer.note].filter(Boolean).join(" ");
     if (note) text("note", note);
     if (answer.ok) report(answer, numbers);
+    if (!numbers && answer.ok) writeLink();
     const outdated = page.outdated.splice(0);
-    if (outdated.length) send(outdated);
+    if (page.pinNext && !page.waiting) pin();
+    else if (outdated.length) send(outdated);
     else if (page.waiting) send();
     else page.resting = setTimeout(settle);
     return answer.seq;
@@ -354,6 +383,9 @@
         return line;
       });
       gainscope.drawLines(document.querySelector(`#${plot} .js-plotly-plot`), lines);
+    }
+    for (const marker of document.querySelectorAll("#explore-stability .scatterlayer .point")) {
+      marker.style.fill = `var(--${answer.tone})`;
     }
     // What has to be drawn anew (another target, another sample) does not wait for the hand to rest.
     page.outdated = answer.outdated;
@@ -420,8 +452,9 @@
     const button = onPage(event.target) ? event.target.closest("button") : null;
     if (!button) return;
     if (button.id === "explore-pin" && page.experiment) {
-      page.pin = page.experiment;
-      schedule();
+      // What is on its way belongs to what is pinned.
+      if (page.busy || page.waiting) page.pinNext = true;
+      else pin();
     } else if (button.id === "explore-unpin") {
       page.pin = null;
       schedule();

@@ -3,11 +3,13 @@
 (function () {
   "use strict";
 
-  // All our axes are linear: value to pixel, to a tenth.
+  // All our axes are linear: value to pixel, to a tenth. plotly rounds its pixels, so the slope is taken over the
+  // whole axis.
   function scale(axis) {
-    const base = axis.c2p(0);
-    const slope = axis.c2p(1) - base;
-    return (value) => Math.round((base + slope * value) * 10) / 10;
+    const [low, high] = axis.range.map(Number);
+    const base = axis.c2p(low);
+    const slope = (axis.c2p(high) - base) / (high - low);
+    return (value) => Math.round((base + slope * (value - low)) * 10) / 10;
   }
 
   function outline(xs, ys, px, py) {
@@ -26,8 +28,11 @@
 
   function movePoints(points, xs, ys, px, py) {
     let next = 0;
+    // A point that has no value now must not stay where it was.
+    for (const point of points) point.style.display = "none";
     for (let i = 0; i < xs.length && next < points.length; i++) {
       if (xs[i] !== xs[i] || ys[i] !== ys[i]) continue;
+      points[next].style.display = "";
       points[next++].setAttribute("transform", `translate(${px(xs[i])},${py(ys[i])})`);
     }
   }

@@ -13,8 +13,17 @@
     document.dispatchEvent(new Event("themechange"));
   }
 
+  // The link is right once the page has settled.
+  async function settled() {
+    const page = document.querySelector("[data-state]");
+    for (let wait = 0; page && page.dataset.state === "busy" && wait < 40; wait++) {
+      await new Promise((resolve) => setTimeout(resolve, 50));
+    }
+  }
+
   async function copyLink(button) {
     const label = button.textContent;
+    await settled();
     let said = "Copied";
     try {
       await navigator.clipboard.writeText(location.href);
@@ -24,6 +33,15 @@
     button.textContent = said;
     setTimeout(() => (button.textContent = label), 1500);
   }
+
+  // Going there by the address would make Dash build the page anew.
+  document.addEventListener("click", (event) => {
+    if (!(event.target instanceof Element) || !event.target.closest(".skip")) return;
+    event.preventDefault();
+    const main = document.getElementById("main");
+    main.tabIndex = -1;
+    main.focus();
+  });
 
   document.addEventListener("click", (event) => {
     const button = event.target instanceof Element ? event.target.closest("button") : null;

@@ -95,10 +95,11 @@ def resolve(controls: Mapping[str, Any], changed: Iterable[str], pin: Mapping[st
 
     Args:
         controls: every control by name, as `controls_of` gave them or as the user left them.
-        changed: names of the controls that were moved since the last call.
+        changed: names of the controls that were moved since the last call, in the order of the hand: what came after
+            a preset or a scenario stands.
         pin: an experiment as plain values, if one is pinned.
     """
-    draft = _Draft({str(name): _tame(value) for name, value in controls.items()}, set(changed))
+    draft = _Draft({str(name): _tame(value) for name, value in controls.items()}, list(changed))
     draft.apply()
     experiment, errors = read_experiment(draft.experiment_values())
     if experiment is None:
@@ -149,7 +150,7 @@ class _Draft:
     """Controls while the rules are applied to them."""
 
     controls: dict[str, Any]
-    changed: set[str]
+    changed: list[str]
     notes: list[str] = field(default_factory=list)
     new_target: bool = False
 
@@ -158,6 +159,17 @@ class _Draft:
         return " ".join(self.notes)
 
     def apply(self) -> None:
+        """Apply every rule; what was moved after a preset or a scenario wins over it."""
+        bulk = [i for i, name in enumerate(self.changed) if name in ("preset", "scenario")]
+        later = {name: self.controls.get(name) for name in self.changed[bulk[-1] + 1 :]} if bulk else {}
+        self._bring()
+        if "preset" in self.changed:
+            # The preset has settled everything that was moved before it.
+            self.changed = list(later)
+        self.controls.update(later)
+        self._follow()
+
+    def _bring(self) -> None:
         preset = presets().get(str(self.controls.get("preset"))) if "preset" in self.changed else None
         if preset is not None:
             self.new_target = preset.scenario != self.controls.get("scenario")
@@ -165,6 +177,8 @@ class _Draft:
             return
         if "scenario" in self.changed and self.controls.get("scenario") in SCENARIOS:
             self._take_sensor()
+
+    def _follow(self) -> None:
         self._rewrite_gains()
         if str(self.controls.get("order")) not in map(str, ORDERS):
             return

@@ -32,7 +32,8 @@ def metric_text(name: str, value: float | None) -> str:
     unit = METRICS[name].unit
     if value is None:
         return "–"
-    return f"{significant(value)} {unit}".rstrip()
+    digits = 4 if abs(value) >= 0.01 else 3
+    return f"{significant(value, digits)} {unit}".rstrip()
 
 
 def change_text(name: str, value: float | None, pinned: float | None) -> tuple[str, str]:

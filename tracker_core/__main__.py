@@ -29,7 +29,7 @@ class _Parser(argparse.ArgumentParser):
     """Reports a wrong command line in one line."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
-        super().__init__(*arguments, **options)
+        super().__init__(*arguments, **{"allow_abbrev": False, **options})
         # Before Python 3.14 argparse takes -1e-3 for a flag.
         self._negative_number_matcher = re.compile(r"^-(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?$")
 
@@ -170,7 +170,9 @@ def _design(options: argparse.Namespace) -> None:
     if noise:
         given["tracking_index"] = _tracking_index(noise)
     order = FIELDS["order"].read("order", options.order) if options.order is not None else None
-    convention = FIELDS["convention"].read("convention", options.convention or "normalised")
+    convention = FIELDS["convention"].read(
+        "convention", "normalised" if options.convention is None else options.convention
+    )
     gains = Gains.normalised(DESIGNS[options.name].gains(order, **given)).to(convention)
     verdict = assess(gains)
     summary = {"design": options.name, "order": gains.order, **_gains(gains), "poles": _complex(verdict.poles)}
@@ -194,8 +196,10 @@ def _tracking_index(noise: dict[str, Any]) -> float:
 
 def _stability(options: argparse.Namespace) -> None:
     given = _given(options, GAIN_NAMES)
-    order = FIELDS["order"].read("order", options.order or max(2, len(given)))
-    convention = FIELDS["convention"].read("convention", options.convention or "normalised")
+    order = FIELDS["order"].read("order", max(2, len(given)) if options.order is None else options.order)
+    convention = FIELDS["convention"].read(
+        "convention", "normalised" if options.convention is None else options.convention
+    )
     values = []
     for name in GAIN_NAMES:
         if (name in given) != (GAIN_NAMES.index(name) < order):

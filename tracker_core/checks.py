@@ -66,7 +66,8 @@ class Domain:
         if self.low > -math.inf:
             parts.append(f"{'>' if self.low_open else '>='} {_plain(self.low)}")
         if self.high < math.inf:
-            parts.append(f"{'<' if self.high_open else '<='} {_plain(self.high)}")
+            high = f"{self.high:,.0f}" if self.whole else _plain(self.high)
+            parts.append(f"{'<' if self.high_open else '<='} {high}")
         kind = "a whole number" if self.whole else "a finite number"
         return " ".join(["must be", kind, " and ".join(parts)]).rstrip()
 

@@ -52,7 +52,7 @@ def error_figure(result: Result, view: View, theme: str, key: str, meta: dict[st
         {
             "type": "scatter", "mode": "lines", "x": [float(times[0]), float(times[-1])], "y": [level, level],
             "line": {"color": tokens(theme)["observed"], "width": 2, "dash": "dot"},
-            "name": "Raw RMSE", "hovertemplate": "measurement RMSE %{y:.4g} m<extra></extra>",
+            "name": "Raw RMSE", "hoverinfo": "skip",
         },
         {
             "type": "scatter", "mode": "lines", "x": [cursor, cursor], "y": [0, 100 * top],

@@ -119,7 +119,7 @@ def close_up_figure(result: Result, view: View, theme: str, key: str, meta: dict
     limit = _reach(np.concatenate((series["truth"], series["observed"])))
     planes = {kind: _plane(result, clipped(series[kind], limit), rows) for kind in SERIES}
     ranges = [padded_range(np.concatenate([planes[kind][i] for kind in ("truth", "observed")]), 0.1) for i in (0, 1)]
-    here = _plane(result, clipped(series["smoothed"], limit), slice(cursor, cursor + 1))
+    here = [part[np.isfinite(part)] for part in _plane(result, series["smoothed"], slice(cursor, cursor + 1))]
     data = [
         trace("truth", *planes["truth"], theme),
         trace("observed", *planes["observed"], theme),
@@ -160,17 +160,17 @@ def axis_figure(result: Result, view: View, theme: str, key: str, meta: dict[str
     observed = result.measurements.positions[:, view.axis] if view.quantity == 0 else np.full_like(truth, np.nan)
     predicted = result.track.predicted[:, view.axis, view.quantity]
     smoothed = result.track.smoothed[:, view.axis, view.quantity]
-    limit = _reach(np.concatenate((truth, observed, [np.nanmax(np.abs(truth), initial=1.0)])))
+    # What an error of the measurements makes of this state, whatever the gains: the axis must not move with them.
+    error = result.measurements.positions[:, view.axis] - result.truth.positions[:, view.axis]
+    spread = float(np.sqrt(np.nanmean(error**2))) / result.experiment.interval**view.quantity
+    low_high = padded_range(np.concatenate((truth - spread, truth + spread, observed)), 0.08)
+    limit = 100 * max(map(abs, low_high))
     data = [
         trace("truth", times[rows], truth[rows], theme),
         trace("observed", times[some], observed[some], theme, visible=view.quantity == 0, marker=hollow(theme, 4)),
         trace("predicted", times[rows], clipped(predicted, limit)[rows], theme),
         trace("smoothed", times[rows], clipped(smoothed, limit)[rows], theme),
     ]
-    # What an error of the measurements makes of this state, whatever the gains: the axis must not move with them.
-    error = result.measurements.positions[:, view.axis] - result.truth.positions[:, view.axis]
-    spread = float(np.sqrt(np.nanmean(error**2))) / result.experiment.interval**view.quantity
-    low_high = padded_range(np.concatenate((truth - spread, truth + spread, observed)), 0.08)
     cursor = float(times[view.cursor(len(times))])
     data.append(
         {

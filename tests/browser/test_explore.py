@@ -355,3 +355,88 @@ def test_a_lost_answer_is_asked_for_again_and_no_edit_is_lost(open_page, settle)
     assert page.input_value("#explore-design") == "manual"
     assert page.input_value("#explore-beta") == "0.4"
     expect(page.locator("#explore-note")).to_contain_text("You moved β")
+
+
+BOUNDS = """() => Object.fromEntries(['path', 'close-up', 'time', 'error', 'stability'].map(name => {
+  const gd = document.querySelector(`#explore-${name} .js-plotly-plot`);
+  return [name, gd._fullData.map(trace => {
+    const group = trace.uid && gd.querySelector('.scatterlayer .trace' + trace.uid);
+    const line = group && group.querySelector('.js-line, .point');
+    if (!line) return null;
+    const box = line.getBBox(), at = line.transform.baseVal.consolidate();
+    const [x, y] = at ? [at.matrix.e, at.matrix.f] : [0, 0];
+    return [box.x + x, box.y + y, box.x + box.width + x, box.y + box.height + y];
+  })];
+}))"""
+
+
+@pytest.mark.parametrize(
+    "query", ["", "?order=2&design=manual&alpha=0.6&beta=0.3", "?scenario=garg-accelerating", "?quantity=acceleration"]
+)
+def test_what_is_drawn_during_a_drag_lies_where_plotly_draws_it(open_page, settle, query):
+    page = open_page(query)
+    slider = page.locator("#explore-alpha-slider")
+    box = slider.bounding_box()
+    x, y = box["x"] + box["width"] * 0.3, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    # Several steps to one value, since the plots take turns; then the lines as they are before plotly redraws them.
+    page.evaluate(
+        f"""() => {{window.live = {{}}; const seen = {BOUNDS};
+        const page = document.getElementById('explore');
+        new MutationObserver(() => window.live[page.dataset.seq] = seen())
+          .observe(page, {{attributes: true, attributeFilter: ['data-seq']}})}}"""
+    )
+    for step in (1, 2, 1, 2, 1, 2, 1):
+        page.mouse.move(x + step, y)
+        page.wait_for_timeout(60)
+    page.mouse.up()
+    settle(page)
+    rest, live = page.evaluate(BOUNDS), page.evaluate("() => window.live")
+    path = [moment["path"][3] for moment in live.values()]
+    assert any(boxes == pytest.approx(rest["path"][3], abs=1) for boxes in path[:-5])
+    for name in rest:
+        for trace, place in enumerate(rest[name]):
+            if place is not None:
+                drawn = [moment[name][trace] for moment in live.values() if moment[name][trace] is not None]
+                assert any(boxes == pytest.approx(place, abs=1.5) for boxes in drawn), (name, trace)
+
+
+def test_a_refused_entry_is_not_asked_again_and_again(open_page):
+    page = open_page("?order=2&design=benedict-bordner&alpha=0.8")
+    asked = []
+    page.on("request", lambda request: asked.append(request.url) if "_dash-update" in request.url else None)
+    page.focus("#explore-alpha-slider")
+    page.keyboard.press("End")
+    expect(page.locator("#explore-alpha-error")).to_contain_text("α must be a finite number > 0 and < 2")
+    page.wait_for_function("() => document.querySelector('#explore').dataset.state === 'settled'")
+    page.wait_for_timeout(1000)
+    assert len(asked) <= 3
+
+
+def test_what_is_typed_last_is_what_is_pinned_and_linked(open_page, settle):
+    page = open_page()
+    page.fill("#explore-samples", "77")
+    page.click("#explore-pin")
+    settle(page)
+    assert page.url.endswith("?samples=77&pin=samples%3D77")
+
+
+def test_edits_after_a_preset_win_over_it(open_page, settle, port):
+    with Delay(port, 0.4) as line:
+        page = open_page(at=line.port)
+        page.select_option("#explore-preset", "garg2021/constant-velocity")
+        enter(page, "alpha", "0.6")
+        settle(page)
+        assert page.input_value("#explore-alpha") == "0.6"
+        assert page.input_value("#explore-scenario") == "garg-constant-velocity"
+        page.close()
+
+
+def test_the_skip_link_leads_to_the_page_and_leaves_it(open_page, plot):
+    page = open_page()
+    seq = plot(page, "path").meta["seq"]
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    assert page.evaluate("() => document.activeElement.id") == "main"
+    assert plot(page, "path").meta["seq"] == seq

@@ -16,5 +16,6 @@ DESIGN = Design(
     formulas={3: order3},
     formula={3: "2β − α(α + β + γ/2) = 0"},
     source="Simpson 1963, IEEE Trans. Automatic Control AC-8, 182-183; Jeong et al. 2017, eq. 8",
-    remark="With the Benedict–Bordner β the condition gives γ = 0, and a smaller β a negative γ.",
+    remark="With the Benedict–Bordner β the condition gives γ = 0, and a smaller β a negative γ: "
+    "a stable filter needs β > α² / (2 − α).",
 )
