@@ -99,7 +99,7 @@ def resolve(controls: Mapping[str, Any], changed: Iterable[str], pin: Mapping[st
             a preset or a scenario stands.
         pin: an experiment as plain values, if one is pinned.
     """
-    draft = _Draft({str(name): _tame(value) for name, value in controls.items()}, list(changed))
+    draft = _Draft({str(name): _tame(value) for name, value in controls.items()}, list(dict.fromkeys(changed)))
     draft.apply()
     experiment, errors = read_experiment(draft.experiment_values())
     if experiment is None:

@@ -24,9 +24,9 @@ SERIES = ("truth", "observed", "predicted", "smoothed")
 NAMES = {"truth": "True", "observed": "Observed", "predicted": "Predicted", "smoothed": "Smoothed"}
 
 
-def packed(values: FloatArray) -> dict[str, str]:
-    """An array as plotly's typed array of 32-bit floats."""
-    return {"dtype": "f4", "bdata": base64.b64encode(np.asarray(values, dtype="f4").tobytes()).decode("ascii")}
+def packed(values: FloatArray, dtype: str = "f4") -> dict[str, str]:
+    """An array as plotly's typed array: 32-bit floats, or 64-bit ones ("f8") where metres count on a long way."""
+    return {"dtype": dtype, "bdata": base64.b64encode(np.asarray(values, dtype=dtype).tobytes()).decode("ascii")}
 
 
 def drawn(samples: int) -> slice:
@@ -73,7 +73,7 @@ def moving_traces(paths: Iterable[Path]) -> list[int]:
 def coordinates(values: dict[str, str] | list[float]) -> FloatArray:
     """The coordinates of a trace as 32-bit floats."""
     if isinstance(values, dict):
-        return np.frombuffer(base64.b64decode(values["bdata"]), dtype="f4")
+        return np.frombuffer(base64.b64decode(values["bdata"]), dtype=values["dtype"]).astype("f4")
     return np.array(values, dtype="f4")
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from layouts.figures.common import META, SERIES, Figure, clipped, drawn, padded_range, thinned, trace, xy
+from layouts.figures.common import META, SERIES, Figure, clipped, drawn, packed, padded_range, thinned, trace, xy
 from layouts.state import View
 from layouts.theme import hollow, layout, tokens
 from tracker_core import Result
@@ -131,6 +131,8 @@ def close_up_figure(result: Result, view: View, theme: str, key: str, meta: dict
             "name": "This sample", "hoverinfo": "skip",
         },
     ]  # fmt: skip
+    for part, kind in zip(data, SERIES, strict=False):
+        part["x"], part["y"] = (packed(values, "f8") for values in planes[kind])
     data[0]["mode"] = data[2]["mode"] = data[3]["mode"] = "lines+markers"
     data[0]["marker"] = {"size": 4, "color": tokens(theme)["truth"]}
     data[1]["marker"] = hollow(theme, 8)
