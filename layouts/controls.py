@@ -163,19 +163,21 @@ class _Draft:
         bulk = [i for i, name in enumerate(self.changed) if name in ("preset", "scenario")]
         later = {name: self.controls.get(name) for name in self.changed[bulk[-1] + 1 :]} if bulk else {}
         self._bring()
-        if "preset" in self.changed:
+        if self.controls.get("preset") in presets() and "preset" in self.changed:
             # The preset has settled everything that was moved before it.
             self.changed = list(later)
         self.controls.update(later)
         self._follow()
 
     def _bring(self) -> None:
-        preset = presets().get(str(self.controls.get("preset"))) if "preset" in self.changed else None
-        if preset is not None:
-            self.new_target = preset.scenario != self.controls.get("scenario")
+        """Load what a preset or a scenario brings; of the two the one that was chosen last stands."""
+        chosen, preset = self.controls.get("scenario"), presets().get(str(self.controls.get("preset")))
+        bulk = [name for name in self.changed if name == "scenario" or (name == "preset" and preset is not None)]
+        if preset is not None and "preset" in bulk:
+            self.new_target = preset.scenario != chosen
             self.controls.update(controls_of(Settings(preset)) | {name: self.controls.get(name) for name in _KEPT})
-            return
-        if "scenario" in self.changed and self.controls.get("scenario") in SCENARIOS:
+        if bulk[-1:] == ["scenario"] and chosen in SCENARIOS:
+            self.controls["scenario"] = chosen
             self._take_sensor()
 
     def _follow(self) -> None:

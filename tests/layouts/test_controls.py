@@ -413,12 +413,12 @@ def test_every_other_start_serves_every_order(controls_for, start):
 
 @pytest.mark.parametrize("key", presets())
 def test_a_preset_is_the_run_of_the_paper(controls_for, key):
-    """Whatever stood in the controls before, wrong entries and other movements too."""
+    """Whatever stood in the controls before, wrong entries and other movements before it too."""
     before = controls_for(scenario="constant-velocity", seed=99, convention="half", design="manual", order=4,
                           alpha=1, beta=1, gamma=1, eta=1)  # fmt: skip
     junk = {"samples": "abc", "xi": None, "order": "9", "noise_std": "x", "axis": "q", "at": 10**9}
     for controls, more in [(before, []), ({**before, **junk}, []), (before, ["alpha", "order", "scenario"])]:
-        got = resolve({**controls, "preset": key}, ["preset", *more])
+        got = resolve({**controls, "preset": key}, [*more, "preset"])
         assert got.settings == Settings(presets()[key])
         assert (got.errors, got.note) == ((), "")
         assert presets()[got.controls["preset"]] == presets()[key]
@@ -594,3 +594,19 @@ def test_any_movement_from_anywhere_gives_settings_or_errors(before, moved):
     if got.settings is None:
         named = {error.field for error in got.errors}
         assert named <= set(moved) | set(FIELDS)
+
+
+@pytest.mark.parametrize(
+    ("changed", "scenario", "samples"),
+    [
+        (["preset"], "garg-accelerating", 10),
+        (["scenario", "preset"], "garg-accelerating", 10),
+        (["preset", "scenario"], "constant-velocity", 200),
+        (["preset", "scenario", "samples"], "constant-velocity", 77),
+        (["samples", "scenario"], "constant-velocity", 200),
+    ],
+)
+def test_of_several_changes_the_last_one_stands(controls_for, changed, scenario, samples):
+    moved = {"preset": "garg2021/accelerating", "scenario": "constant-velocity", "samples": "77"}
+    got = resolve({**controls_for(), **{name: moved[name] for name in changed}}, changed)
+    assert (got.controls["scenario"], got.controls["samples"]) == (scenario, samples)
