@@ -159,26 +159,21 @@ class _Draft:
         return " ".join(self.notes)
 
     def apply(self) -> None:
-        """Apply every rule; what was moved after a preset or a scenario wins over it."""
-        bulk = [i for i, name in enumerate(self.changed) if name in ("preset", "scenario")]
-        later = {name: self.controls.get(name) for name in self.changed[bulk[-1] + 1 :]} if bulk else {}
-        self._bring()
-        if self.controls.get("preset") in presets() and "preset" in self.changed:
-            # The preset has settled everything that was moved before it.
-            self.changed = list(later)
-        self.controls.update(later)
-        self._follow()
-
-    def _bring(self) -> None:
-        """Load what a preset or a scenario brings; of the two the one that was chosen last stands."""
+        """Apply every rule; of a preset, a scenario and what else was moved the later one wins."""
         chosen, preset = self.controls.get("scenario"), presets().get(str(self.controls.get("preset")))
         bulk = [name for name in self.changed if name == "scenario" or (name == "preset" and preset is not None)]
+        start = self.changed.index(bulk[-1]) + 1 if bulk else 0
+        later = {name: self.controls.get(name) for name in self.changed[start:]}
         if preset is not None and "preset" in bulk:
             self.new_target = preset.scenario != chosen
             self.controls.update(controls_of(Settings(preset)) | {name: self.controls.get(name) for name in _KEPT})
+            # The preset has settled everything that was moved before it.
+            self.changed = list(later)
         if bulk[-1:] == ["scenario"] and chosen in SCENARIOS:
             self.controls["scenario"] = chosen
             self._take_sensor()
+        self.controls.update(later)
+        self._follow()
 
     def _follow(self) -> None:
         self._rewrite_gains()

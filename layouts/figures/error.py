@@ -22,12 +22,7 @@ SHORT_RUN = 80
 def error_figure(result: Result, view: View, theme: str, key: str, meta: dict[str, Any]) -> Figure:
     """Distance of prediction and smoothed position from the truth against time, with the level of the measurements.
 
-    Args:
-        result: the run.
-        view: what of it is looked at.
-        theme: "light" or "dark".
-        key: as long as it stays the same, the user's zoom is kept.
-        meta: what the page knows of this drawing; put into the layout.
+    Arguments as for `track.path_figure`.
     """
     times, truth = result.truth.times, result.truth.positions
     rows = drawn(len(times))
