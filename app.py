@@ -5,6 +5,7 @@ The only place that reads settings: GAINSCOPE_HOST (default 127.0.0.1) and GAINS
 
 from __future__ import annotations
 
+import asyncio
 import os
 import sys
 import threading
@@ -16,14 +17,15 @@ from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 
 from layouts import shell
-from layouts.pages import explore
+from layouts.pages import explore, stability, track
+from layouts.scenes import Scenes
 from tracker_core import Experiment, run_experiment
 from tracker_core.checks import Domain, InputError
 from tracker_core.starts import STARTS
 from tracker_core.types import ORDERS
 
 ROOT = Path(__file__).parent
-PAGES = (explore,)
+PAGES = (explore, stability, track)
 PORT = Domain(1, 65535, whole=True)
 
 READY = threading.Event()
@@ -34,6 +36,8 @@ def build() -> Dash:
     """The application with all pages, health routes and callbacks."""
     server = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     _add_health(server)
+    scenes = Scenes()
+    scenes.attach(server)
     app = Dash(
         "gainscope",
         server=server,  # type: ignore[arg-type]
@@ -49,11 +53,21 @@ def build() -> Dash:
     )
     for page in PAGES:
         register_page(page.__name__, path=page.PATH, name=page.NAME, title=page.TITLE, layout=page.layout)
-        page.register(app)
+        page.register(app, scenes)
     app.layout = shell.frame
-    # Callbacks are otherwise registered by the first page load, and a socket that comes earlier fails.
-    app._setup_server()
+    _finish(app)
     return app
+
+
+def _finish(app: Dash) -> None:
+    """What Dash leaves to the first request.
+
+    A page other than the first would be answered before the pages' own callbacks are there, a socket before any.
+    """
+    for prepare in app.backend._before_request_funcs:
+        waiting = prepare()
+        if asyncio.iscoroutine(waiting):
+            asyncio.run(waiting)
 
 
 def _add_health(server: FastAPI) -> None:

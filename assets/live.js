@@ -3,14 +3,17 @@
 (function () {
   "use strict";
 
-  // All our axes are linear: value to pixel, to a tenth. plotly rounds its pixels, so the slope is taken over the
-  // whole axis.
+  // Our axes are linear or logarithmic: value to pixel, to a tenth.
   function scale(axis) {
     const [low, high] = axis.range.map(Number);
-    const base = axis.c2p(low);
-    const slope = (axis.c2p(high) - base) / (high - low);
-    return (value) => Math.round((base + slope * (value - low)) * 10) / 10;
+    const upwards = axis._id[0] === "y";
+    const base = upwards ? axis._length : 0;
+    const slope = ((upwards ? -1 : 1) * axis._length) / (high - low);
+    const linear = axis.type === "log" ? Math.log10 : Number;
+    return (value) => Math.round((base + slope * (linear(value) - low)) * 10) / 10;
   }
+
+  const named = (layout, id) => layout[`${id[0]}axis${id.slice(1)}`];
 
   function outline(xs, ys, px, py) {
     let path = "";
@@ -40,9 +43,9 @@
   // `lines`: index of the trace, and its x and y as typed arrays, for every trace that moved.
   function drawLines(plot, lines) {
     if (!plot || !plot._fullLayout) return;
-    const [px, py] = [scale(plot._fullLayout.xaxis), scale(plot._fullLayout.yaxis)];
     for (const [index, xs, ys] of lines) {
       const trace = plot._fullData[index];
+      const [px, py] = [trace.xaxis, trace.yaxis].map((id) => scale(named(plot._fullLayout, id)));
       const group = trace && plot.querySelector(`.scatterlayer .trace${trace.uid}`);
       if (!group) continue;
       const strokes = group.querySelectorAll(".js-line, .js-fill");

@@ -1,7 +1,7 @@
 """The parts that pages are put together from.
 
 Inputs are native elements, so that keyboard, touch and screen readers work as everywhere else; Dash has no component
-for them, so a placeholder carries their attributes and assets/explore.js puts the element into it.
+for them, so a placeholder carries their attributes and assets/desk.js puts the element into it.
 """
 
 from __future__ import annotations
@@ -149,6 +149,23 @@ def table(caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> C
     )
 
 
+def filled_table(body_id: str, caption: str, head: Sequence[str]) -> Component:
+    """A table whose rows the page's script fills in with every answer."""
+    return html.Div(
+        html.Table(
+            [
+                html.Caption(caption),
+                html.Thead(html.Tr([html.Th(cell, scope="col") for cell in head])),
+                html.Tbody(id=body_id),
+            ]
+        ),
+        className="table-frame",
+        tabIndex=0,
+        role="region",
+        **{"aria-label": caption},
+    )
+
+
 def plot_card(
     graph_id: str, title: str, label: str, tools: Sequence[Component] = (), below: Sequence[Component] = ()
 ) -> Component:
@@ -175,4 +192,39 @@ def plot_card(
         className="card plot-card",
         id=f"{graph_id}-card",
         **{"aria-labelledby": f"{graph_id}-title"},
+    )
+
+
+def scene_card(
+    page: str, title: str, label: str, missing: str, tools: Sequence[Component] = (), below: Sequence[Component] = ()
+) -> Component:
+    """A scene in three dimensions; assets/scene.js puts it in when it comes into sight.
+
+    Args:
+        page: prefix of the ids.
+        title: heading.
+        label: what the scene shows.
+        missing: what is said where the browser cannot draw it.
+        tools: controls in the heading.
+        below: controls under the scene.
+    """
+    return html.Section(
+        [
+            html.Div([html.H2(title, id=f"{page}-scene-title"), *tools], className="card-head"),
+            html.Div(className="scene", **{"data-scene": page, "data-title": label}),
+            html.P(missing, className="scene-missing", hidden=True, role="status", **{"data-part": "missing"}),
+            html.Div(
+                [
+                    "The scene was let go after ten minutes without use. ",
+                    html.Button("Show it again", type="button", className="quiet", **{"data-part": "show"}),
+                ],
+                className="scene-resume",
+                hidden=True,
+                **{"data-part": "resume"},
+            ),
+            *below,
+        ],
+        className="card scene-card",
+        id=f"{page}-scene-card",
+        **{"aria-labelledby": f"{page}-scene-title"},
     )

@@ -1,4 +1,4 @@
-"""The rules of the Explore controls.
+"""The rules of the controls that the pages share.
 
 The browser sends every control as it stands and the names of those a hand has moved; `resolve` turns that into a
 valid experiment and the controls as they should now stand.
@@ -10,18 +10,29 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from layouts.state import VIEW_FIELDS, Settings, read_view
+from layouts.state import LIMIT_FIELDS, VIEW_FIELDS, Settings, plane_name, read_limits, read_view
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment, InputError
+from tracker_core.checks import Domain, check_choice
 from tracker_core.conventions import GAIN, rewrite
 from tracker_core.design import MANUAL
 from tracker_core.experiment import DEFAULTS, PARAMETERS, read_experiment
 from tracker_core.fields import FIELDS
+from tracker_core.optimal import index_of_noise_gain, path_index, path_share
 from tracker_core.papers import papers
+from tracker_core.poles import gains_from_poles, move_pole
+from tracker_core.region import PLANES
+from tracker_core.responses import noise_gain
 from tracker_core.types import GAIN_NAMES, ORDERS, STATE_NAMES
 
+STEADY = "steady-kalman"
 TEXT_LIMIT = 200
+POLES_LIMIT = 400
+SHARE = Domain(0, 1)
 _KEPT = ("exaggerate", "preset")
 """What a preset leaves as it is."""
+
+_OF_THE_MOMENT = ("point", "pole")
+"""What a hand drags: it sets gains, and has no value of its own afterwards."""
 
 SENSOR_FIELDS = ("samples", "interval", "noise", "noise_std")
 
@@ -73,7 +84,24 @@ def controls_of(settings: Settings) -> dict[str, Any]:
     controls["quantity"] = STATE_NAMES[settings.view.quantity]
     controls["exaggerate"] = str(settings.view.exaggerate)
     controls["at"] = settings.view.cursor(experiment.samples) + 1
+    controls["plane"] = plane_name(settings.view.plane)
+    controls["background"] = settings.view.background
+    controls["input"] = settings.view.input
+    controls.update(dict.fromkeys(LIMIT_FIELDS, "") | settings.limits.given())
+    controls["responsiveness"] = responsiveness(experiment)
     return controls
+
+
+def responsiveness(experiment: Experiment) -> float | None:
+    """Where a filter stands on the way from smooth (0) to responsive (1): that of the optimal one as noisy as it.
+
+    None for unstable gains.
+    """
+    if experiment.design == STEADY and experiment.tracking_index is not None:
+        return path_share(experiment.tracking_index)
+    gains = experiment.gains()
+    gain = float(noise_gain(gains.vector))
+    return None if gain != gain else path_share(index_of_noise_gain(gains.order, gain))
 
 
 def preset_of(experiment: Experiment) -> str:
@@ -93,17 +121,24 @@ def resolve(controls: Mapping[str, Any], changed: Iterable[str], pin: Mapping[st
     index in a design without it chooses one that has it. Changing the order keeps the design where it serves that
     order. Changing the convention rewrites the gains. A scenario brings its own sensor settings, a preset everything.
 
+    A point dragged in a plane of two gains (`point`) and a pole dragged in
+    the z-plane (`pole`) set the gains; the smooth-responsive knob chooses the optimal filter there.
+
     Args:
         controls: every control by name, as `controls_of` gave them or as the user left them.
         changed: names of the controls that were moved since the last call, in the order of the hand: what came after
             a preset or a scenario stands.
         pin: an experiment as plain values, if one is pinned.
     """
-    draft = _Draft({str(name): _tame(value) for name, value in controls.items()}, list(dict.fromkeys(changed)))
-    draft.apply()
+    draft = _Draft({str(name): _tame(name, value) for name, value in controls.items()}, list(dict.fromkeys(changed)))
+    try:
+        draft.apply()
+    except InputError as error:
+        return Resolution(draft.lasting(), None, (error,), draft.note)
     experiment, errors = read_experiment(draft.experiment_values())
-    if experiment is None:
-        return Resolution(draft.controls, None, tuple(errors), draft.note)
+    limits, wrong_limits = read_limits(draft.controls)
+    if experiment is None or wrong_limits:
+        return Resolution(draft.lasting(), None, (*errors, *wrong_limits), draft.note)
     view_values = {name: draft.controls.get(name) for name in VIEW_FIELDS}
     if draft.new_target:
         view_values = {"exaggerate": view_values["exaggerate"]}
@@ -113,7 +148,7 @@ def resolve(controls: Mapping[str, Any], changed: Iterable[str], pin: Mapping[st
     if view.at == experiment.samples // 2:
         view = replace(view, at=None)
     pinned = read_experiment(pin)[0] if pin is not None else None
-    settings = Settings(experiment, view, pinned)
+    settings = Settings(experiment, view, pinned, limits)
     kept = {name: draft.controls[name] for name in PARAMETERS if name in draft.controls}
     after = {**controls_of(settings), **_unused(kept, experiment)}
     chosen = draft.controls.get("preset")
@@ -123,11 +158,24 @@ def resolve(controls: Mapping[str, Any], changed: Iterable[str], pin: Mapping[st
     return Resolution(after, settings, (), draft.note)
 
 
-def _tame(value: Any) -> Any:
+def _tame(name: str, value: Any) -> Any:
     """Nothing longer than a field needs."""
+    limit = POLES_LIMIT if name == "pole" else TEXT_LIMIT
     if isinstance(value, str):
-        return value[:TEXT_LIMIT].strip()
-    return value if isinstance(value, int | float | None) and not isinstance(value, bool) else str(value)[:TEXT_LIMIT]
+        return value[:limit].strip()
+    return value if isinstance(value, int | float | None) and not isinstance(value, bool) else str(value)[:limit]
+
+
+def numbers_in(name: str, text: Any, count: int) -> list[float]:
+    """So many finite numbers of a text, separated by spaces.
+
+    Raises:
+        InputError: naming the control, for anything else.
+    """
+    parts = str(text).split()
+    if len(parts) != count:
+        raise InputError(name, f"must be {count} numbers", text)
+    return [GAIN.check(name, part) for part in parts]
 
 
 def _unused(kept: dict[str, Any], experiment: Experiment) -> dict[str, Any]:
@@ -175,6 +223,10 @@ class _Draft:
         self.controls.update(later)
         self._follow()
 
+    def lasting(self) -> dict[str, Any]:
+        """The controls that keep what they were given."""
+        return {name: value for name, value in self.controls.items() if name not in _OF_THE_MOMENT}
+
     def _follow(self) -> None:
         self._rewrite_gains()
         if str(self.controls.get("order")) not in map(str, ORDERS):
@@ -183,6 +235,7 @@ class _Draft:
             self._keep_design()
         elif "design" in self.changed:
             self._keep_order()
+        self._take_hold()
         self._hand_over()
         self._keep_start()
 
@@ -237,6 +290,46 @@ class _Draft:
             self.controls["order"] = DESIGNS[design].orders[0]
             self.notes.append(f"{DESIGNS[design].title} is a filter of order {self.controls['order']}.")
 
+    def _take_hold(self) -> None:
+        """Gains that a hand has set by dragging; one that was moved by its own slider since stays."""
+        for name in [name for name in self.changed if name in (*_OF_THE_MOMENT, "responsiveness")]:
+            place = self.changed.index(name)
+            if name == "responsiveness":
+                moved = self._on_the_path()
+            else:
+                moved = self._point() if name == "point" else self._pole()
+            moved = {gain: value for gain, value in moved.items() if gain not in self.changed[place + 1 :]}
+            self.controls.update(moved)
+            earlier = [item for item in self.changed[:place] if item not in moved]
+            self.changed = [*earlier, *moved, *self.changed[place + 1 :]]
+
+    def _point(self) -> dict[str, float]:
+        """`plane x y`, normalised."""
+        planes = {plane_name(plane): plane for plane in PLANES[self.order]}
+        name, _, coordinates = str(self.controls.get("point")).partition(" ")
+        plane = planes[check_choice("point", name, planes)]
+        return self._written(dict(zip(plane, numbers_in("point", coordinates, 2), strict=True)))
+
+    def _pole(self) -> dict[str, float]:
+        """`index re im` of the target, then `re im` of every pole as the hand took hold."""
+        index, *numbers = numbers_in("pole", self.controls["pole"], 3 + 2 * self.order)
+        target, *held = map(complex, numbers[::2], numbers[1::2])
+        chosen = int(Domain(0, self.order - 1, whole=True).check("pole", index))
+        gains = gains_from_poles(move_pole(held, chosen, target))
+        return self._written(dict(zip(GAIN_NAMES, gains.tolist(), strict=False)))
+
+    def _written(self, normalised: dict[str, float]) -> dict[str, float]:
+        convention = self.controls.get("convention")
+        if convention not in CONVENTIONS:
+            return normalised
+        return {
+            name: rewrite(value, GAIN_NAMES.index(name), "normalised", convention) for name, value in normalised.items()
+        }
+
+    def _on_the_path(self) -> dict[str, float | str]:
+        share = SHARE.check("responsiveness", self.controls["responsiveness"])
+        return {"design": STEADY, "tracking_index": path_index(share)}
+
     def _hand_over(self) -> None:
         """A control moved by hand that the design does not read changes the design."""
         moved = [name for name in PARAMETERS if name in self.changed and name not in self._takes()]
@@ -277,7 +370,7 @@ class _Draft:
 
 def index_design(order: int) -> str | None:
     """The design from a tracking index for an order, None where there is none."""
-    return {2: "kalata", 3: "gray-murray"}.get(order)
+    return {2: "kalata", 3: "gray-murray", 4: STEADY}.get(order)
 
 
 def design_title(name: str) -> str:

@@ -28,9 +28,14 @@ THEME_SCRIPT = "theme.js"
 """Stands in the head, so that the first paint has the right colours; the other scripts come after the page."""
 
 
+def _link(name: str, path: str) -> Component:
+    """A page in the navigation; assets/desk.js lets its address carry the present filter."""
+    return dcc.Link(name, href=path, id=f"to-{name.lower()}", className="page-link")
+
+
 def frame() -> Component:
     """The page of the application, with a place for the present page in it."""
-    links = [html.Li(dcc.Link(page["name"], href=page["relative_path"])) for page in page_registry.values()]
+    links = [html.Li(_link(page["name"], page["relative_path"])) for page in page_registry.values()]
     return html.Div(
         [
             html.Header(
@@ -46,6 +51,24 @@ def frame() -> Component:
                     html.Nav(html.Ul(links), **{"aria-label": "Pages"}) if len(links) > 1 else None,
                     html.Div(
                         [
+                            html.Button(
+                                "↶",
+                                id="undo",
+                                type="button",
+                                className="quiet",
+                                disabled=True,
+                                title="Undo (Ctrl+Z)",
+                                **{"aria-label": "Undo"},
+                            ),
+                            html.Button(
+                                "↷",
+                                id="redo",
+                                type="button",
+                                className="quiet",
+                                disabled=True,
+                                title="Redo (Ctrl+Y)",
+                                **{"aria-label": "Redo"},
+                            ),
                             html.Button("Copy link", id="copy-link", type="button", className="quiet"),
                             html.Button(
                                 id="theme-switch",

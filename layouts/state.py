@@ -1,20 +1,25 @@
-"""What a link says: the experiment, the view of it, the pinned experiment; and the link itself."""
+"""What a link says: the experiment, the view of it, the limits set, the pinned experiment; and the link itself."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
 from tracker_core import SCENARIOS, Experiment, InputError
 from tracker_core.checks import Domain, check_choice
 from tracker_core.experiment import PARAMETERS, read_experiment
+from tracker_core.region import PLANES
 from tracker_core.types import STATE_NAMES
 
 LINK_LIMIT = 2_000
 EXAGGERATIONS = ("1", "2", "5", "10", "20", "50", "100")
-VIEW_FIELDS = ("axis", "quantity", "exaggerate", "at")
+BACKGROUNDS = ("none", "noise", "lag")
+INPUTS = ("step", "ramp", "parabola")
+VIEW_FIELDS = ("axis", "quantity", "exaggerate", "at", "plane", "background", "input")
+LIMIT_FIELDS = ("limit_noise", "limit_lag", "limit_overshoot", "limit_settling")
+LIMIT = Domain(0, 1e9, low_open=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,12 +31,18 @@ class View:
         quantity: index of the state in it: 0 position to 3 jerk.
         exaggerate: factor by which deviations from the truth are drawn larger in path and close-up.
         at: index of the sample at the middle of the close-up; None for the middle of the run.
+        plane: the two gains that the stability map is drawn over, of PLANES of the order.
+        background: what the map shows behind the region, one of BACKGROUNDS.
+        input: what the time responses answer to, one of INPUTS.
     """
 
     axis: int = 0
     quantity: int = 0
     exaggerate: int = 1
     at: int | None = None
+    plane: tuple[str, str] = ("alpha", "beta")
+    background: str = "none"
+    input: str = "step"
 
     def cursor(self, samples: int) -> int:
         """The sample looked at, within a run of that length."""
@@ -39,19 +50,43 @@ class View:
 
 
 @dataclass(frozen=True, slots=True)
+class Limits:
+    """What the user will not have exceeded; None for no limit.
+
+    Attributes:
+        limit_noise: greatest variance of the smoothed position, per measurement variance.
+        limit_lag: greatest steady lag of the smoothed position under a manoeuvre of one unit (1 m/s² for order 2,
+            1 m/s³ for order 3, 1 m/s⁴ for order 4), m.
+        limit_overshoot: greatest overshoot of the smoothed step response, percent.
+        limit_settling: longest time until the smoothed step response stays within 2 %, s.
+    """
+
+    limit_noise: float | None = None
+    limit_lag: float | None = None
+    limit_overshoot: float | None = None
+    limit_settling: float | None = None
+
+    def given(self) -> dict[str, float]:
+        """The limits that are set, by name."""
+        values = {item.name: getattr(self, item.name) for item in fields(self)}
+        return {name: value for name, value in values.items() if value is not None}
+
+
+@dataclass(frozen=True, slots=True)
 class Settings:
-    """Everything that a link says: the experiment, the view of it, the pinned experiment."""
+    """Everything that a link says: the experiment, the view of it, the pinned experiment, the limits."""
 
     experiment: Experiment
     view: View = View()
     pin: Experiment | None = None
+    limits: Limits = Limits()
 
 
 def to_query(settings: Settings) -> str:
     """The link's query string: whatever is not the default, nothing else."""
     scenario = SCENARIOS[settings.experiment.scenario]
     values = _plain(settings.experiment)
-    view = settings.view
+    view, usual = settings.view, View()
     if view.axis:
         values["axis"] = scenario.axes[view.axis]
     if view.quantity:
@@ -60,6 +95,13 @@ def to_query(settings: Settings) -> str:
         values["exaggerate"] = str(view.exaggerate)
     if view.at is not None:
         values["at"] = str(view.at + 1)
+    if view.plane != usual.plane:
+        values["plane"] = plane_name(view.plane)
+    if view.background != usual.background:
+        values["background"] = view.background
+    if view.input != usual.input:
+        values["input"] = view.input
+    values |= {name: repr(value) for name, value in settings.limits.given().items()}
     if settings.pin is not None:
         values["pin"] = urlencode(_plain(settings.pin)) or "default"
     return urlencode(values)
@@ -82,15 +124,18 @@ def from_query(query: Mapping[str, str]) -> tuple[Settings, list[str]]:
     notes: list[str] = []
     pin_text = values.pop("pin", None)
     view_values = {name: values.pop(name) for name in VIEW_FIELDS if name in values}
+    limit_values = {name: values.pop(name) for name in LIMIT_FIELDS if name in values}
     experiment, dropped = _lenient(values)
     notes += dropped
     view, errors = read_view(view_values, experiment)
     notes += [f"{error}; the default is shown." for error in errors]
+    limits, errors = read_limits(limit_values)
+    notes += [f"{error}; no limit is set." for error in errors]
     pin = None
     if pin_text is not None:
         pin, dropped = _lenient({} if pin_text == "default" else dict(parse_qsl(str(pin_text)[:LINK_LIMIT])))
         notes += [f"Pin: {note}" for note in dropped]
-    return Settings(experiment, view, pin), notes
+    return Settings(experiment, view, pin, limits), notes
 
 
 def _lenient(values: dict[str, Any]) -> tuple[Experiment, list[str]]:
@@ -113,11 +158,15 @@ def read_view(values: Mapping[str, Any], experiment: Experiment) -> tuple[View, 
     """The view that fits an experiment; what does not fit it is left at its default and reported."""
     axes = SCENARIOS[experiment.scenario].axes
     view, errors = View(), []
-    readers: dict[str, Callable[[Any], int]] = {
+    planes = {plane_name(plane): plane for plane in PLANES[experiment.order]}
+    readers: dict[str, Callable[[Any], Any]] = {
         "axis": lambda value: axes.index(check_choice("axis", value, axes)),
         "quantity": lambda value: STATE_NAMES.index(check_choice("quantity", value, STATE_NAMES[: experiment.order])),
         "exaggerate": lambda value: int(check_choice("exaggerate", str(value), EXAGGERATIONS)),
         "at": lambda value: int(Domain(1, experiment.samples, whole=True).check("at", value)) - 1,
+        "plane": lambda value: planes[check_choice("plane", value, planes)],
+        "background": lambda value: check_choice("background", value, BACKGROUNDS),
+        "input": lambda value: check_choice("input", value, INPUTS),
     }
     for name, read in readers.items():
         if values.get(name) in (None, ""):
@@ -127,3 +176,21 @@ def read_view(values: Mapping[str, Any], experiment: Experiment) -> tuple[View, 
         except InputError as error:
             errors.append(error)
     return view, errors
+
+
+def read_limits(values: Mapping[str, Any]) -> tuple[Limits, list[InputError]]:
+    """The limits; nothing and empty texts set none, what is no limit is left out and reported."""
+    limits, errors = Limits(), []
+    for name in LIMIT_FIELDS:
+        if values.get(name) in (None, ""):
+            continue
+        try:
+            limits = replace(limits, **{name: LIMIT.check(name, values[name])})
+        except InputError as error:
+            errors.append(error)
+    return limits, errors
+
+
+def plane_name(plane: tuple[str, str]) -> str:
+    """A plane of two gains as one word."""
+    return "-".join(plane)

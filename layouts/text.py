@@ -4,11 +4,21 @@ from __future__ import annotations
 
 from math import floor, isfinite, log10
 
-from tracker_core import METRICS, InputError
+from tracker_core import InputError
 from tracker_core.fields import FIELDS
+from tracker_core.metrics import Metric
 
 GREAT = 10
 """A change of so many times the pinned value is given as a factor instead of in percent."""
+
+
+LABELS = {
+    "limit_noise": "Greatest noise gain",
+    "limit_lag": "Greatest lag",
+    "limit_overshoot": "Greatest overshoot",
+    "limit_settling": "Longest settling",
+}
+"""What the limits are called."""
 
 
 def significant(value: float, digits: int = 4) -> str:
@@ -27,16 +37,15 @@ def significant(value: float, digits: int = 4) -> str:
     return f"{value:,.{max(0, digits - 1 - magnitude)}f}".replace("-", "−")
 
 
-def metric_text(name: str, value: float | None) -> str:
+def metric_text(metric: Metric, value: float | None) -> str:
     """A metric with its unit; a dash where it is not defined."""
-    unit = METRICS[name].unit
     if value is None:
         return "–"
     digits = 4 if abs(value) >= 0.01 else 3
-    return f"{significant(value, digits)} {unit}".rstrip()
+    return f"{significant(value, digits)} {metric.unit}".rstrip()
 
 
-def change_text(name: str, value: float | None, pinned: float | None) -> tuple[str, str]:
+def change_text(metric: Metric, value: float | None, pinned: float | None) -> tuple[str, str]:
     """The change of a metric since the pin, and its tone: "better", "worse" or "same"."""
     if value is None or pinned is None or not (isfinite(value) and isfinite(pinned)):
         return "–", "same"
@@ -45,17 +54,17 @@ def change_text(name: str, value: float | None, pinned: float | None) -> tuple[s
         return "no change", "same"
     sign = "+" if difference > 0 else "−"
     text = f"{sign}{significant(abs(difference), 2)}"
-    if METRICS[name].unit != "%" and pinned:
+    if metric.unit != "%" and pinned:
         share = abs(difference / pinned)
         text += f" ({sign}{share * 100:.1f} %)" if share < GREAT else f" (× {significant(value / pinned, 2)})"
-    better = (difference < 0) == METRICS[name].lower_is_better
+    better = (difference < 0) == metric.lower_is_better
     return text, "better" if better else "worse"
 
 
 def error_text(error: InputError) -> str:
     """A message for beside the field: the field by its label, the rule, the value received."""
     field = FIELDS.get(error.field)
-    label = (field.symbol or field.title) if field else error.field
+    label = (field.symbol or field.title) if field else LABELS.get(error.field, error.field)
     received = error.received
     text = f"{received:.12g}" if isinstance(received, float) else str(received)[:40]
     shown = "nothing" if received in (None, "") else f"“{text}”"

@@ -197,7 +197,7 @@ def _implied_design(given: list[str], order: int, usual: str) -> str:
     if "xi" in given:
         return "fading-memory"
     if "tracking_index" in given:
-        return "kalata" if order == 2 else "gray-murray"
+        return {2: "kalata", 3: "gray-murray"}.get(order, "steady-kalman")
     return MANUAL
 
 

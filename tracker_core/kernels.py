@@ -185,4 +185,38 @@ def least_squares_start(
     return n
 
 
+@_compiled
+def step_response(gains: FloatArray, band: float, horizon: int, overshoot: FloatArray, settling: FloatArray) -> None:
+    """Overshoot and settling time of the smoothed step response for every row of gains (n, 4), zero where unused.
+
+    Follows the error of the state, which starts at -1 in the position; it is left once nothing of it is to be seen.
+    """
+    for point in range(gains.shape[0]):
+        g0, g1, g2, g3 = gains[point, 0], gains[point, 1], gains[point, 2], gains[point, 3]
+        x, v, a, j = -1.0, 0.0, 0.0, 0.0
+        highest = 0.0
+        last = 0
+        settled = False
+        for k in range(1, horizon + 1):
+            x += v + a / 2 + j / 6
+            v += a + j / 2
+            a += j
+            e = -x
+            x += g0 * e
+            v += g1 * e
+            a += g2 * e
+            j += g3 * e
+            highest = max(highest, x)
+            if not abs(x) <= band:
+                last = k
+            size = abs(x) + abs(v) + abs(a) + abs(j)
+            if size < 1e-7:
+                settled = True
+                break
+            if not size < 1e12:
+                break
+        overshoot[point] = highest if settled else np.nan
+        settling[point] = last + 1 if settled else np.inf
+
+
 TRACK = {2: track2, 3: track3, 4: track4}

@@ -1,4 +1,4 @@
-"""Stability of a filter with constant gains: characteristic polynomial, Jury's test, exact regions.
+"""Stability of a filter with constant gains: Jury's test, the exact regions, and what has been printed for them.
 
 All formulas are in normalised gains g0 ... g3 and do not depend on the sampling interval.
 """
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracker_core.conventions import Gains
+from tracker_core.poles import characteristic_polynomial, poles
 from tracker_core.types import FloatArray
 
 
@@ -55,35 +56,6 @@ class Verdict:
     def jury(self) -> tuple[Condition, ...]:
         """The rows of the general Jury table; they come to the same verdict."""
         return jury_table(characteristic_polynomial(self.gains))
-
-
-def characteristic_polynomial(gains: Gains) -> FloatArray:
-    """Coefficients of det(zI - F(I - KH)) at T = 1, highest power first, shape (order + 1,)."""
-    g = gains.vector
-    if gains.order == 2:
-        return np.array([1.0, g[0] + g[1] - 2, 1 - g[0]])
-    if gains.order == 3:
-        return np.array([1.0, g[0] + g[1] + g[2] / 2 - 3, 3 - 2 * g[0] - g[1] + g[2] / 2, g[0] - 1])
-    return np.array(
-        [
-            1.0,
-            g[0] + g[1] + g[2] / 2 + g[3] / 6 - 4,
-            6 - 3 * g[0] - 2 * g[1] + 2 * g[3] / 3,
-            3 * g[0] + g[1] - g[2] / 2 + g[3] / 6 - 4,
-            1 - g[0],
-        ]
-    )
-
-
-def poles(gains: Gains) -> tuple[complex, ...]:
-    """Roots of the characteristic polynomial, largest magnitude first.
-
-    A root of multiplicity m is known to about the m-th root of the rounding error: four equal poles to 1e-4.
-    """
-    roots = np.roots(characteristic_polynomial(gains))
-    # Where a gain of 1 lowers the degree, the missing roots lie at zero.
-    padded = [complex(root) for root in roots] + [0j] * (gains.order - len(roots))
-    return tuple(sorted(padded, key=lambda root: (-abs(root), -root.imag)))
 
 
 def region_conditions(gains: Gains) -> tuple[Condition, ...]:
@@ -164,63 +136,28 @@ def assess(gains: Gains) -> Verdict:
     )
 
 
-def beta_bounds(gains: Gains, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The open interval of normalised beta that is stable at each alpha, with the given gamma and eta.
+def is_stable(gains: Gains) -> bool:
+    """Whether every pole lies inside the unit circle, by the exact region."""
+    return all(condition.holds for condition in region_conditions(gains))
 
-    Args:
-        gains: their order, gamma and eta are used; alpha and beta are not.
-        alpha: any shape, inside (max(0, g2/4), 2) for the result to mean anything.
 
-    Returns:
-        Lower and upper bound; no beta is stable where the lower one is not below the upper one.
+def printed_conditions(gains: Gains) -> tuple[Condition, ...]:
+    """The bounds that Yu & Wu 2017 print for orders 3 (eq. 10-12) and 4 (eq. 21-24); empty for order 2.
+
+    In their convention, "half". Their factor 13/6 admits unstable gains at order 3; at order 4 the bounds neither
+    contain the stable region nor lie in it.
     """
-    g = gains.vector
-    high = 4 - 2 * alpha
     if gains.order == 2:
-        return np.zeros_like(alpha), high
-    if gains.order == 3:
-        return g[2] * (2 - alpha) / (2 * alpha), high
-    curve = alpha * g[3] / g[2] + g[2] / alpha - g[2] / 2 - g[3] / 6
-    return np.maximum(curve, g[3] / 3), high + g[3] / 12
-
-
-def alpha_bounds(gains: Gains) -> tuple[float, float]:
-    """The open interval of alpha for which some beta is stable, with the given gamma and eta.
-
-    The two bounds on beta meet where (eta/gamma + 2) alpha^2 - (4 + gamma/2 + eta/4) alpha + gamma = 0, and that
-    factors: alpha = gamma/4 and alpha = 4 gamma/(eta + 2 gamma). The second is 2 for order 3.
-
-    Args:
-        gains: their order, gamma and eta are used; alpha and beta are not.
-
-    Returns:
-        Lower and upper bound; no alpha is stable where the lower one is not below the upper one.
-    """
-    g = gains.vector
-    if gains.order == 2:
-        return 0.0, 2.0
-    eta = g[3] if gains.order == 4 else 0.0
-    if g[2] <= 0 or (gains.order == 4 and eta <= 0):
-        return 0.0, 0.0
-    return float(g[2] / 4), float(4 * g[2] / (eta + 2 * g[2]))
-
-
-def region_slice(gains: Gains, points: int = 200) -> tuple[FloatArray, FloatArray]:
-    """Border of the stable region in the (alpha, beta) plane through the given gamma and eta.
-
-    Args:
-        gains: their order, gamma and eta are used; alpha and beta are not.
-        points: samples along the lower and along the upper border.
-
-    Returns:
-        Normalised alpha and beta of a closed polygon; both empty where no (alpha, beta) is stable.
-    """
-    left, right = alpha_bounds(gains)
-    if left >= right:
-        return np.empty(0), np.empty(0)
-    # Closer samples where the border bends, towards the ends.
-    alpha = left + (right - left) * (1 - np.cos(np.linspace(0, np.pi, points))) / 2
-    low, high = beta_bounds(gains, alpha)
-    # The bounds meet at both ends, exactly but for rounding.
-    high = np.maximum(low, high)
-    return np.concatenate((alpha, alpha[::-1], alpha[:1])), np.concatenate((low, high[::-1], low[:1]))
+        return ()
+    alpha, beta, gamma, *delta = gains.to("half").values
+    conditions = [
+        Condition("α > 0", alpha),
+        Condition("2 − α > 0", 2 - alpha),
+        Condition("β > 0", beta),
+        Condition("13/6 (4 − 2α) − β > 0", 13 / 6 * (4 - 2 * alpha) - beta),
+        Condition("γ > 0", gamma),
+        Condition("4αβ − γ(2 − α) > 0", 4 * alpha * beta - gamma * (2 - alpha)),
+    ]
+    if delta:
+        conditions += [Condition("δ > 0", delta[0]), Condition("24(2 − α) − δ > 0", 24 * (2 - alpha) - delta[0])]
+    return tuple(conditions)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from math import floor, log10
-from typing import Any
 
 import numpy as np
 
 from layouts.figures.common import META, Figure, drawn, padded_range, trace, xy
-from layouts.state import View
+from layouts.shown import Shown, target_key
 from layouts.theme import layout, tokens
-from tracker_core import Result
 from tracker_core.metrics import distances
 from tracker_core.types import FloatArray
 
@@ -19,11 +17,9 @@ SHORT_RUN = 80
 """Runs of up to so many samples are shown sample by sample, longer ones as a running RMS as well."""
 
 
-def error_figure(result: Result, view: View, theme: str, key: str, meta: dict[str, Any]) -> Figure:
-    """Distance of prediction and smoothed position from the truth against time, with the level of the measurements.
-
-    Arguments as for `track.path_figure`.
-    """
+def error_figure(shown: Shown) -> Figure:
+    """Distance of prediction and smoothed position from the truth against time, with the level of the measurements."""
+    result, view, theme = shown.result, shown.view, shown.theme
     times, truth = result.truth.times, result.truth.positions
     rows = drawn(len(times))
     raw = distances(result.measurements.positions - truth)
@@ -58,8 +54,8 @@ def error_figure(result: Result, view: View, theme: str, key: str, meta: dict[st
         "data": data,
         "layout": layout(
             theme,
-            uirevision=key,
-            meta=meta | {"first": 0, "every": rows.step, "every_marker": rows.step},
+            uirevision=target_key(shown),
+            meta=shown.meta | {"first": 0, "every": rows.step, "every_marker": rows.step},
             legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
             margin={"l": 56, "r": 12, "t": 34, "b": 40},
             xaxis={"title": {"text": "time (s)"}, "range": padded_range(times, 0.02)},

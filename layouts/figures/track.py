@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from layouts.figures.common import META, SERIES, Figure, clipped, drawn, packed, padded_range, thinned, trace, xy
+from layouts.shown import Shown, seen_key, target_key
 from layouts.state import View
 from layouts.theme import hollow, layout, tokens
 from tracker_core import Result
@@ -20,7 +21,7 @@ CLOSE_UP_MOVING = (META, *xy(0, 1, 2, 3, 4), ("layout", "xaxis", "range"), ("lay
 AXIS_MOVING = (META, *xy(2, 3, 4))
 
 
-def _positions(result: Result, view: View) -> dict[str, FloatArray]:
+def positions(result: Result, view: View) -> dict[str, FloatArray]:
     """The four series, deviations from the truth exaggerated as the view asks."""
     truth = result.truth.positions
     series = {
@@ -59,17 +60,13 @@ def _axes(result: Result, x_range: list[float], y_range: list[float]) -> dict[st
     return {"xaxis": {"title": {"text": x_title}, "range": x_range}, "yaxis": y_axis}
 
 
-def path_figure(result: Result, view: View, theme: str, key: str, meta: dict[str, Any]) -> Figure:
+def path_figure(shown: Shown) -> Figure:
     """The whole path: x against y on equal scales, or the only axis against time.
 
-    Args:
-        result: the run.
-        view: what of it is looked at.
-        theme: "light" or "dark".
-        key: as long as it stays the same, the user's zoom is kept.
-        meta: what the page knows of this drawing; put into the layout.
+    As long as the target stays the same, the user's zoom is kept.
     """
-    series = _positions(result, view)
+    result, view, theme, key = shown.result, shown.view, shown.theme, target_key(shown)
+    series = positions(result, view)
     rows = drawn(len(result.truth.times))
     limit = _reach(np.concatenate((series["truth"], series["observed"])))
     planes = {kind: _plane(result, clipped(series[kind], limit), rows) for kind in SERIES}
@@ -93,7 +90,7 @@ def path_figure(result: Result, view: View, theme: str, key: str, meta: dict[str
         "layout": layout(
             theme,
             uirevision=key,
-            meta=meta | {"first": 0, "every": rows.step, "every_marker": some.step},
+            meta=shown.meta | {"first": 0, "every": rows.step, "every_marker": some.step},
             legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
             margin={"l": 60, "r": 12, "t": 34, "b": 40},
             **_axes(result, padded_range(still_x), padded_range(still_y)),
@@ -107,12 +104,10 @@ def close_up_rows(samples: int, cursor: int) -> slice:
     return slice(first, first + CLOSE_UP_SAMPLES + 1)
 
 
-def close_up_figure(result: Result, view: View, theme: str, key: str, meta: dict[str, Any]) -> Figure:
-    """Some thirty samples around the one looked at, so that metres show on a path of kilometres.
-
-    Arguments as for `path_figure`.
-    """
-    series = _positions(result, view)
+def close_up_figure(shown: Shown) -> Figure:
+    """Some thirty samples around the one looked at, so that metres show on a path of kilometres."""
+    result, view, theme, key = shown.result, shown.view, shown.theme, target_key(shown)
+    series = positions(result, view)
     samples = len(result.truth.times)
     cursor = view.cursor(samples)
     rows = close_up_rows(samples, cursor)
@@ -143,7 +138,7 @@ def close_up_figure(result: Result, view: View, theme: str, key: str, meta: dict
         "layout": layout(
             theme,
             uirevision=f"{key}|{cursor}|{view.exaggerate}",
-            meta=meta | {"first": rows.start, "every": 1, "every_marker": 1},
+            meta=shown.meta | {"first": rows.start, "every": 1, "every_marker": 1},
             showlegend=False,
             margin={"l": 60, "r": 12, "t": 34, "b": 40},
             **_axes(result, ranges[0], ranges[1]),
@@ -151,11 +146,9 @@ def close_up_figure(result: Result, view: View, theme: str, key: str, meta: dict
     }
 
 
-def axis_figure(result: Result, view: View, theme: str, key: str, meta: dict[str, Any]) -> Figure:
-    """One state of one axis against time: true, predicted, smoothed, and observed where it is the position.
-
-    Arguments as for `path_figure`.
-    """
+def axis_figure(shown: Shown) -> Figure:
+    """One state of one axis against time: true, predicted, smoothed, and observed where it is the position."""
+    result, view, theme, key = shown.result, shown.view, shown.theme, target_key(shown)
     times = result.truth.times
     rows, some = drawn(len(times)), thinned(len(times))
     truth = result.truth.states[:, view.axis, view.quantity]
@@ -190,9 +183,24 @@ def axis_figure(result: Result, view: View, theme: str, key: str, meta: dict[str
         "layout": layout(
             theme,
             uirevision=f"{key}|{view.axis}|{view.quantity}",
-            meta=meta | {"first": 0, "every": rows.step, "every_marker": some.step},
+            meta=shown.meta | {"first": 0, "every": rows.step, "every_marker": some.step},
             showlegend=False,
             xaxis={"title": {"text": "time (s)"}, "range": padded_range(times, 0.02)},
             yaxis={"title": {"text": f"{name} ({UNITS[view.quantity]})"}, "range": low_high},
         ),
     }
+
+
+def path_key(shown: Shown) -> str:
+    """What the path shows beside the filter."""
+    return f"{seen_key(shown)}|{shown.view.exaggerate}"
+
+
+def close_up_key(shown: Shown) -> str:
+    """What the close-up shows beside the filter."""
+    return f"{seen_key(shown)}|{shown.view.exaggerate}|{shown.view.at}"
+
+
+def axis_key(shown: Shown) -> str:
+    """What the plot against time shows beside the filter."""
+    return f"{seen_key(shown)}|{shown.view.axis}|{shown.view.quantity}"

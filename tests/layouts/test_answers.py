@@ -4,6 +4,7 @@ import copy
 import json
 import math
 import re
+from functools import partial
 
 import numpy as np
 import orjson
@@ -13,15 +14,19 @@ from dash.development.base_component import Component
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from layouts import desk
 from layouts.controls import controls_of, presets
 from layouts.figures.common import coordinates, moving_traces
 from layouts.live import framed
-from layouts.pages.explore.answers import CARDS, NUMBERS, PLOTS, answer, formula_text, live_answer, offers, owned
+from layouts.pages.explore.answers import CARDS, DESK, NUMBERS
+from layouts.readouts import formula_text, offers, owned
 from layouts.state import Settings, View
 from layouts.text import change_text, metric_text, significant
 from tracker_core import DESIGNS, METRICS, SCENARIOS, Experiment, run_experiment
 from tracker_core.fields import FIELDS
 
+answer, live_answer = (partial(function, DESK) for function in (desk.answer, desk.live_answer))
+PLOTS = {name: plot.moving for name, plot in DESK.plots.items()}
 PATH, CLOSE_UP, AXIS, ERROR, STABILITY = PLOTS
 WITHOUT_AXIS = [plot for plot in PLOTS if plot != AXIS]
 WILD = {"design": "manual", "order": 2, "alpha": 1.9, "beta": 1.5, "gamma": 1.0, "eta": 0.1}
@@ -246,7 +251,7 @@ def test_only_what_is_wanted_is_drawn(controls_for, request_for):
 
 
 def read_frame(message):
-    """The text and the numbers of a message, as explore.js takes it apart."""
+    """The text and the numbers of a message, as desk.js takes it apart."""
     length = int.from_bytes(message[:4], "little")
     assert length % 4 == 0
     return json.loads(message[4 : 4 + length]), np.frombuffer(message[4 + length :], dtype="<f4")
@@ -342,7 +347,7 @@ STOPPED = "The run stopped at sample 41: a position passed 1e+12 m."
 def test_unstable_gains_are_told_by_the_inequality_that_fails(controls_for, request_for, gains, text):
     _, rest = ask(request_for, controls_for(design="manual", **gains))
     assert rest["tone"] == "bad"
-    assert rest["status"] == text
+    assert rest["texts"]["status"] == text
 
 
 @pytest.mark.parametrize("order", [2, 3, 4])
@@ -352,7 +357,7 @@ def test_the_sample_where_the_run_stopped_is_the_first_beyond_the_limit(controls
     )
     _, rest = ask(request_for, controls)
     result = run_experiment(Experiment.from_dict(rest["experiment"]))
-    stop = int(re.search(r"stopped at sample ([\d,]+)", rest["status"])[1].replace(",", ""))
+    stop = int(re.search(r"stopped at sample ([\d,]+)", rest["texts"]["status"])[1].replace(",", ""))
     beyond = np.abs(result.track.smoothed[:, :, 0]).max(axis=1) > 1e12
     assert beyond[stop - 1]
     assert not beyond[: stop - 1].any()
@@ -364,8 +369,8 @@ def test_a_stable_run_that_leaves_the_world_is_told_too(controls_for, request_fo
     controls = controls_for(scenario="constant-acceleration", interval=1e6, samples=300)
     _, rest = ask(request_for, controls)
     assert rest["tone"] == "bad"
-    assert rest["status"].startswith("Stable: the largest pole has magnitude ")
-    assert "The run stopped at sample " in rest["status"]
+    assert rest["texts"]["status"].startswith("Stable: the largest pole has magnitude ")
+    assert "The run stopped at sample " in rest["texts"]["status"]
     assert rest["cards"]["estimation_rmse"] == ["–", "", ""]
 
 
@@ -380,22 +385,22 @@ def test_a_stable_run_that_leaves_the_world_is_told_too(controls_for, request_fo
 @pytest.mark.parametrize("order", [2, 3])
 def test_a_stable_filter_is_told_by_its_largest_pole(controls_for, request_for, order, xi, text):
     _, rest = ask(request_for, controls_for(design="fading-memory", order=order, xi=xi))
-    assert (rest["tone"], rest["status"]) == ("good", text)
+    assert (rest["tone"], rest["texts"]["status"]) == ("good", text)
 
 
 @pytest.mark.parametrize("xi", [0.99, 0.9999])
 def test_the_pole_that_is_shown_is_the_pole(controls_for, request_for, xi):
     _, rest = ask(request_for, controls_for(design="fading-memory", order=4, xi=xi))
     if xi > 0.999:
-        assert rest["status"] == "Stable, barely: the largest pole is within 0.001 of the unit circle."
+        assert rest["texts"]["status"] == "Stable, barely: the largest pole is within 0.001 of the unit circle."
     else:
-        assert float(rest["status"].split()[-1].rstrip(".")) == pytest.approx(xi, abs=5e-4)
+        assert float(rest["texts"]["status"].split()[-1].rstrip(".")) == pytest.approx(xi, abs=5e-4)
 
 
 def test_the_cards_are_the_metrics_of_the_run(controls_for, request_for):
     _, rest = ask(request_for, controls_for())
     metrics = run_experiment(Experiment.from_dict({})).metrics.to_dict()
-    assert rest["cards"] == {name: [metric_text(name, metrics[name]), "", ""] for name in CARDS}
+    assert rest["cards"] == {name: [metric_text(METRICS[name], metrics[name]), "", ""] for name in CARDS}
     assert set(CARDS) <= set(METRICS)
     assert not rest["pinned"]
 
@@ -413,8 +418,8 @@ def test_cards_show_the_change_since_the_pin(controls_for, request_for, moved):
     now, then = (run_experiment(e).metrics.to_dict() for e in (Experiment.from_dict(rest["experiment"]), pin))
     assert rest["pinned"]
     for name, (value, change, tone) in rest["cards"].items():
-        assert value == metric_text(name, now[name])
-        assert (change, tone) == change_text(name, now[name], then[name])
+        assert value == metric_text(METRICS[name], now[name])
+        assert (change, tone) == change_text(METRICS[name], now[name], then[name])
         assert float(change.split()[0].replace("−", "-").replace(",", "")) == pytest.approx(
             now[name] - then[name], rel=0.051, abs=1e-9
         )
@@ -432,7 +437,7 @@ def test_a_pin_of_another_target_is_compared_with_its_own_run(controls_for, requ
     pin = Experiment.from_dict({"scenario": "garg-accelerating"})
     _, rest = ask(request_for, controls_for(), pin=pin.to_dict())
     now, then = (run_experiment(e).metrics for e in (Experiment.from_dict({}), pin))
-    assert rest["cards"]["lag"][1:] == list(change_text("lag", now.lag, then.lag))
+    assert rest["cards"]["lag"][1:] == list(change_text(METRICS["lag"], now.lag, then.lag))
 
 
 def test_a_pin_that_was_stopped_is_compared_with_nothing(controls_for, request_for):
@@ -483,14 +488,14 @@ def test_the_link_is_that_of_the_settings(controls_for, request_for, values, lin
 @pytest.mark.parametrize(("factor", "text"), [(1, ""), (20, "deviations × 20")])
 def test_an_exaggeration_is_told(controls_for, request_for, factor, text):
     _, rest = ask(request_for, controls_for(View(exaggerate=factor)))
-    assert rest["scale"] == text
+    assert rest["texts"]["scale"] == text
 
 
 @pytest.mark.parametrize("samples", [3, 200, 4000, 200_000])
 def test_the_cursor_is_told_in_words(controls_for, request_for, samples):
     _, rest = ask(request_for, controls_for(samples=samples), want=[])
     cursor = samples // 2
-    assert rest["cursor"] == f"{cursor + 1:,} of {samples:,}, {significant(cursor * 3.0)} s"
+    assert rest["texts"]["at-text"] == f"{cursor + 1:,} of {samples:,}, {significant(cursor * 3.0)} s"
     assert rest["samples"] == samples
 
 
@@ -547,7 +552,7 @@ def test_every_design_is_explained_by_its_formula(design):
 )
 def test_the_map_says_which_slice_it_shows(controls_for, request_for, gains, text):
     _, rest = ask(request_for, controls_for(design="manual", **gains))
-    assert rest["slice"] == text
+    assert rest["texts"]["slice"] == text
 
 
 # Numbers -----------------------------------------------------------------------------------------------------------

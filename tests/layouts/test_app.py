@@ -12,7 +12,8 @@ import orjson
 import pytest
 
 import app
-from layouts.pages.explore.answers import NUMBERS, PLOTS, answer
+from layouts.desk import answer
+from layouts.pages.explore.answers import DESK, NUMBERS
 from tracker_core import Experiment
 
 ROOT = Path(__file__).parents[2]
@@ -96,7 +97,17 @@ def test_everything_comes_from_this_server(document, get):
     assert len(addresses) > 5
     for address in addresses:
         assert "//" not in address
-    for name in ("app.css", "tokens.css", "explore.js", "live.js", "shell.js", "theme.js", "favicon"):
+    for name in (
+        "app.css",
+        "tokens.css",
+        "desk.js",
+        "handles.js",
+        "scene.js",
+        "live.js",
+        "shell.js",
+        "theme.js",
+        "favicon",
+    ):
         assert any(name in address for address in addresses), name
     for address in addresses:
         if not address.startswith("#"):
@@ -143,7 +154,7 @@ def test_the_layout_is_served_with_what_a_link_says(get, dash_app):
 @pytest.fixture
 def call(http):
     """What Dash's front end does with a request of the page: the response to the callback."""
-    outputs = [*({"id": plot, "property": "figure"} for plot in PLOTS), {"id": NUMBERS, "property": "children"},
+    outputs = [*({"id": plot, "property": "figure"} for plot in DESK.plots), {"id": NUMBERS, "property": "children"},
                {"id": "explore-answer", "property": "data"}]  # fmt: skip
 
     def post(question):
@@ -163,12 +174,12 @@ def call(http):
 
 @pytest.mark.parametrize("samples", [50, 20_000])
 def test_the_callback_gives_figures_tables_and_the_rest(call, controls_for, request_for, samples):
-    question = request_for(controls_for(samples=samples), want=[*PLOTS, NUMBERS])
+    question = request_for(controls_for(samples=samples), want=[*DESK.plots, NUMBERS])
     answered = call(question)
     assert answered.status_code == 200
     got = json.loads(answered.text, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))["response"]
-    updates, rest = answer(question)
-    for plot, figure in zip(PLOTS, updates, strict=False):
+    updates, rest = answer(DESK, question)
+    for plot, figure in zip(DESK.plots, updates, strict=False):
         assert got[plot]["figure"] == json.loads(orjson.dumps(figure))
     assert [table["type"] for table in got[NUMBERS]["children"]] == ["Div", "Div"]
     assert got["explore-answer"]["data"] == json.loads(json.dumps(rest))
@@ -184,7 +195,7 @@ def test_the_callback_sends_what_moved_as_patches(call, controls_for, request_fo
     controls = controls_for(samples=50)
     drawn = call(request_for(controls)).json()["response"]["explore-answer"]["data"]["drawn"]
     got = call(request_for(controls, {"xi": 0.3}, drawn=drawn)).json()["response"]
-    for plot in PLOTS:
+    for plot in DESK.plots:
         operations = got[plot]["figure"]["operations"]
         assert {"Assign"} == {operation["operation"] for operation in operations}
 

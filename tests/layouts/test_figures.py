@@ -25,7 +25,8 @@ from layouts.figures.common import (
 )
 from layouts.figures.error import running_rms, window
 from layouts.figures.track import CLOSE_UP_SAMPLES, close_up_rows
-from layouts.state import View
+from layouts.shown import Shown
+from layouts.state import Settings, View
 from layouts.theme import THEMES, tokens
 from tracker_core import SCENARIOS, Experiment, run_experiment
 
@@ -40,15 +41,15 @@ def run(**values):
     return run_experiment(Experiment.from_dict(values))
 
 
-def plots(result, view=None, theme="light", key="key", **meta):
+def plots(result, view=None, theme="light", **meta):
     """Every plot of a result by name."""
-    view = view or View()
+    shown = Shown(result, Settings(result.experiment, view or View()), theme, meta)
     return {
-        "path": track.path_figure(result, view, theme, key, meta),
-        "close-up": track.close_up_figure(result, view, theme, key, meta),
-        "axis": track.axis_figure(result, view, theme, key, meta),
-        "error": error.error_figure(result, view, theme, key, meta),
-        "stability": stability_map.stability_figure(result, theme, meta),
+        "path": track.path_figure(shown),
+        "close-up": track.close_up_figure(shown),
+        "axis": track.axis_figure(shown),
+        "error": error.error_figure(shown),
+        "stability": stability_map.small_map(shown),
     }
 
 
@@ -135,7 +136,7 @@ def test_every_axis_says_what_it_shows_and_in_which_unit(scenario):
     axes, result = SCENARIOS[scenario].axes, run(scenario=scenario, design="fading-memory", order=4, xi=0.8)
     for quantity, unit in enumerate(("m", "m/s", "m/s²", "m/s³")):
         for axis, name in enumerate(axes):
-            figure = track.axis_figure(result, View(axis=axis, quantity=quantity), "light", "", {})
+            figure = plots(result, View(axis=axis, quantity=quantity))["axis"]
             state = ("", " velocity", " acceleration", " jerk")[quantity]
             assert figure["layout"]["xaxis"]["title"]["text"] == "time (s)"
             assert figure["layout"]["yaxis"]["title"]["text"] == f"{name}{state} ({unit})"

@@ -3,17 +3,20 @@
 import asyncio
 import json
 import threading
+from functools import partial
 
 import numpy as np
 import pytest
 from fastapi import FastAPI
 
-from layouts import live
+from layouts import desk, live
+from layouts.desk import LONG_RUN
 from layouts.live import MESSAGE_LIMIT, POLICY, TOO_LARGE, UNREADABLE, framed, same_origin
-from layouts.pages.explore import LONG_RUN
-from layouts.pages.explore.answers import PLOTS, answer, live_answer
+from layouts.pages.explore.answers import DESK
 
 HOST = "gainscope.test:8050"
+PLOTS = list(DESK.plots)
+answer, live_answer = (partial(function, DESK) for function in (desk.answer, desk.live_answer))
 
 # Parts -------------------------------------------------------------------------------------------------------------
 

@@ -59,13 +59,13 @@ def test_between_a_ten_thousandth_and_ten_million_there_is_no_exponent(value):
     ],
 )
 def test_a_metric_has_its_unit(name, value, text):
-    assert metric_text(name, value) == text
+    assert metric_text(METRICS[name], value) == text
 
 
 @pytest.mark.parametrize("name", METRICS)
 def test_every_metric_has_a_text(name):
-    assert metric_text(name, 2.5) == f"2.500 {METRICS[name].unit}"
-    assert metric_text(name, None) == "–"
+    assert metric_text(METRICS[name], 2.5) == f"2.500 {METRICS[name].unit}"
+    assert metric_text(METRICS[name], None) == "–"
 
 
 @pytest.mark.parametrize(
@@ -92,14 +92,14 @@ def test_every_metric_has_a_text(name):
     ],
 )  # fmt: skip
 def test_a_change_since_the_pin(name, value, pinned, text, tone):
-    assert change_text(name, value, pinned) == (text, tone)
+    assert change_text(METRICS[name], value, pinned) == (text, tone)
 
 
 @pytest.mark.parametrize("name", METRICS)
 def test_the_tone_follows_what_is_better(name):
     up, down = ("worse", "better") if METRICS[name].lower_is_better else ("better", "worse")
-    assert change_text(name, 3.0, 2.0)[1] == up
-    assert change_text(name, 2.0, 3.0)[1] == down
+    assert change_text(METRICS[name], 3.0, 2.0)[1] == up
+    assert change_text(METRICS[name], 2.0, 3.0)[1] == down
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from tracker_core.design import (
     jeong_gray_murray,
     kalata,
     simpson,
+    steady_kalman,
 )
 from tracker_core.design.base import Design
 
@@ -24,6 +25,7 @@ DESIGNS: dict[str, Design] = {
         kalata.DESIGN,
         simpson.DESIGN,
         gray_murray.DESIGN,
+        steady_kalman.DESIGN,
         jeong_gray_murray.DESIGN,
         jeong_gray_murray.AS_RUN,
         jeong_fading_memory.AS_RUN,

@@ -1,7 +1,7 @@
-// The Explore page in the browser: native inputs, one request in flight, the newest waits.
+// A page with plots and sliders in the browser: native inputs, one request in flight, the newest waits.
 //
-// The server holds the rules. This script sends every control as it stands with the names of those a hand has moved,
-// and puts the answer back: controls, messages, readouts, link. Plots are updated by Dash.
+// The server holds the rules (layouts/desk.py). This script sends every control as it stands with the names of those a
+// hand has moved, and puts the answer back: controls, messages, readouts, link. Plots are updated by Dash.
 (function () {
   "use strict";
 
@@ -11,30 +11,27 @@
   const RECONNECT = 3000; // ms until a lost connection is tried again
   const REST = 250; // ms without a change after which the plots are redrawn in full
   const SETTLED = 700; // ms without a change after which the numbers are read out
-  const PAGE = "explore";
-
-  // Plots by how often they follow a moving slider.
-  const ALWAYS = ["explore-path", "explore-close-up"];
-  const OTHERS = ["explore-error", "explore-time", "explore-stability"];
-
-  const NUMBERS = "explore-numbers";
+  const STEPS_BACK = 50;
 
   let page = null;
   let latest = null; // the newest socket
 
   // ------------------------------------------------------------------ elements
 
-  const element = (name) => document.getElementById(`${PAGE}-${name}`);
+  const root = () => (page ? document.getElementById(page.name) : null);
+  const element = (name) => document.getElementById(`${page.name}-${name}`);
+  const all = (selector) => document.querySelectorAll(`#${page.name} ${selector}`);
+  const drawing = (plot) => document.querySelector(`#${plot} .js-plotly-plot`);
 
-  function hydrate(root) {
-    for (const place of root.querySelectorAll("[data-input]")) {
+  function hydrate() {
+    for (const place of all("[data-input]")) {
       if (place.firstChild) continue;
       const { input, id, control, label } = place.dataset;
       const made = document.createElement("input");
       made.id = id;
       made.dataset.control = control;
       made.setAttribute("aria-label", label);
-      made.setAttribute("aria-describedby", `${PAGE}-${control}-error`);
+      made.setAttribute("aria-describedby", `${page.name}-${control}-error`);
       if (input === "slider") {
         Object.assign(made, { type: "range", min: 0, max: STEPS, step: 1 });
       } else {
@@ -78,7 +75,7 @@
   }
 
   function show(name, from) {
-    const value = page.values[name];
+    const value = page.values[name] ?? "";
     const field = element(name);
     const slider = element(`${name}-slider`);
     const typing = field && field.type === "text" && field === document.activeElement && field.value !== field.dataset.shown;
@@ -104,8 +101,8 @@
     const messages = JSON.stringify(errors);
     if (messages === page.messages) return "";
     page.messages = messages;
-    for (const line of document.querySelectorAll("#explore .field-error")) {
-      const name = line.id.slice(PAGE.length + 1, -"-error".length);
+    for (const line of all(".field-error")) {
+      const name = line.id.slice(page.name.length + 1, -"-error".length);
       const message = errors[name] || "";
       if (line.textContent !== message) line.textContent = message;
       const field = element(name);
@@ -117,13 +114,48 @@
   }
 
   function showCards(cards) {
-    for (const card of document.querySelectorAll("#explore [data-metric]")) {
+    for (const card of all("[data-metric]")) {
+      if (!(card.dataset.metric in cards)) continue;
       const [value, change, tone] = cards[card.dataset.metric];
       const [, shown, line] = card.children;
       if (shown.textContent !== value) shown.textContent = value;
       if (line.textContent !== change) line.textContent = change;
       if (line.dataset.tone !== tone) line.dataset.tone = tone;
     }
+  }
+
+  // Rows of a table whose place is on the page: a cell is a text, or a text and its tone.
+  function showRows(tables) {
+    for (const [name, rows] of Object.entries(tables)) {
+      const body = element(name);
+      const key = JSON.stringify(rows);
+      if (!body || body.dataset.shown === key) continue;
+      body.dataset.shown = key;
+      body.closest(".table-frame").hidden = !rows.length;
+      body.replaceChildren(
+        ...rows.map((cells) => {
+          const row = document.createElement("tr");
+          row.append(
+            ...cells.map((content, i) => {
+              const cell = document.createElement(i ? "td" : "th");
+              if (!i) cell.scope = "row";
+              [cell.textContent, cell.dataset.tone] = Array.isArray(content) ? content : [content, ""];
+              return cell;
+            }),
+          );
+          return row;
+        }),
+      );
+    }
+  }
+
+  // A button that sets controls, such as the way back into the stable region.
+  function showOffer(offer) {
+    const button = element("offer");
+    if (!button) return;
+    page.offer = offer ? offer.controls : null;
+    button.hidden = !offer;
+    if (offer && button.textContent !== offer.text) button.textContent = offer.text;
   }
 
   function showOwners(owned) {
@@ -136,7 +168,8 @@
 
   function showOffers(offers) {
     for (const [name, allowed] of Object.entries(offers)) {
-      for (const option of element(name).options) {
+      const menu = element(name);
+      for (const option of menu ? menu.options : []) {
         option.disabled = option.hidden = !allowed.includes(option.value);
       }
     }
@@ -156,10 +189,14 @@
     schedule(live);
   }
 
+  function editAll(values) {
+    for (const [name, value] of Object.entries(values)) edit(name, value);
+  }
+
   function schedule(live) {
     page.editedAt = performance.now();
     page.live = page.waiting ? page.live && Boolean(live) : Boolean(live);
-    document.getElementById("explore").dataset.state = "busy";
+    root().dataset.state = "busy";
     if (page.busy && performance.now() - page.sentAt < PATIENCE) {
       page.waiting = true;
     } else {
@@ -184,13 +221,14 @@
       drawn: page.drawn,
       want: want || (live ? liveShare() : null),
       theme: document.documentElement.dataset.theme,
+      scene: page.scene,
     };
     page.changed.clear();
     clearTimeout(page.watch);
     page.watch = setTimeout(sendAgain, LOST);
     page.askedLive = Boolean(live);
     if (live) page.socket.send(JSON.stringify(data));
-    else dash_clientside.set_props("explore-request", { data });
+    else dash_clientside.set_props(`${page.name}-request`, { data });
   }
 
   function pin() {
@@ -200,7 +238,7 @@
   }
 
   function sendAgain() {
-    if (!document.getElementById("explore")) return;
+    if (!root()) return;
     text("note", "The server does not answer; trying again.");
     page.lost = true;
     page.live = false;
@@ -209,17 +247,25 @@
 
   // While a slider moves: the path and its close-up every time, the other plots in turn.
   function liveShare() {
-    page.turn = (page.turn + 1) % OTHERS.length;
-    return [...ALWAYS, OTHERS[page.turn]];
+    page.turn = (page.turn + 1) % page.inTurn.length;
+    return [...page.often, page.inTurn[page.turn]];
   }
 
   // Past Dash's store, which costs the browser more than everything else together. Without it callbacks do the same.
-  function connect() {
+  function connect(again) {
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-    const socket = new WebSocket(`${scheme}//${location.host}${location.pathname.replace(/\/$/, "")}/explore/live`);
+    const { name } = page;
+    // Dash knows the path that the application is served under.
+    const base = JSON.parse(document.getElementById("_dash-config").textContent).requests_pathname_prefix;
+    const socket = new WebSocket(`${scheme}//${location.host}${base}${name}/live`);
+    if (latest) latest.close();
     latest = socket;
     socket.binaryType = "arraybuffer";
-    socket.onopen = () => (page.socket = socket);
+    socket.onopen = () => {
+      if (socket === latest) page.socket = socket;
+      // A server that was started anew does not know what the scene shows.
+      if (again && page.scene) schedule();
+    };
     socket.onmessage = (event) => {
       const length = new DataView(event.data).getUint32(0, true);
       const answer = JSON.parse(new TextDecoder().decode(new Uint8Array(event.data, 4, length)));
@@ -227,24 +273,24 @@
     };
     socket.onclose = () => {
       // Only the page's own socket is replaced: a page that was built anew has one of its own.
-      if (socket !== latest || !document.getElementById("explore")) return;
+      if (socket !== latest || !root()) return;
       const asked = page.socket === socket && page.busy && page.askedLive;
       page.socket = null;
       if (asked) {
         page.busy = false;
         schedule();
       }
-      setTimeout(() => socket === latest && connect(), RECONNECT);
+      setTimeout(() => socket === latest && root() && connect(true), RECONNECT);
     };
   }
 
   // Plots drawn by hand while a slider moved are redrawn by plotly, one at a time, once it rests.
   function settle() {
     clearTimeout(page.resting);
-    if (page.busy || page.waiting || !document.getElementById("explore")) return;
+    if (page.busy || page.waiting || !root()) return;
     if (page.refused) {
       // Nothing can be drawn until the entry is mended.
-      document.getElementById("explore").dataset.state = "settled";
+      root().dataset.state = "settled";
       return;
     }
     if (!page.stale.size) {
@@ -252,8 +298,10 @@
         page.resting = setTimeout(settle, 30);
         return;
       }
+      watchPlots();
       writeLink();
-      document.getElementById("explore").dataset.state = "settled";
+      remember();
+      root().dataset.state = "settled";
       return;
     }
     const rest = page.editedAt + REST - performance.now();
@@ -264,12 +312,23 @@
   function writeLink() {
     const query = page.link ? `?${page.link}` : "";
     if (location.search !== query) history.replaceState(history.state, "", query || location.pathname);
+    // The other pages show the same filter.
+    for (const link of document.querySelectorAll(".page-link")) {
+      if (link.search !== query) dash_clientside.set_props(link.id, { href: link.pathname + query });
+    }
+  }
+
+  function markPage() {
+    for (const link of document.querySelectorAll(".page-link")) {
+      if (link.pathname === location.pathname) link.setAttribute("aria-current", "page");
+      else link.removeAttribute("aria-current");
+    }
   }
 
   // Dash answers before plotly has drawn.
   function isDrawn() {
     return Object.entries(page.due).every(([plot, seq]) => {
-      const drawn = document.querySelector(`#${plot} .js-plotly-plot`);
+      const drawn = drawing(plot);
       return drawn && drawn._fullLayout && drawn._fullLayout.meta && drawn._fullLayout.meta.seq >= seq;
     });
   }
@@ -277,6 +336,10 @@
   function begin(data) {
     if (page) for (const timer of [page.watch, page.resting, page.reader]) clearTimeout(timer);
     page = {
+      name: data.page,
+      often: data.often,
+      inTurn: data.inTurn,
+      tables: data.tables,
       values: data.controls,
       sliders: data.sliders,
       samples: data.controls.samples,
@@ -304,11 +367,19 @@
       link: null,
       reader: 0,
       touched: "",
+      offer: null,
+      scene: "",
+      past: [],
+      future: [],
+      present: null,
     };
-    hydrate(document.getElementById("explore"));
+    hydrate();
     for (const name of Object.keys(page.values)) show(name);
     text("note", data.notes.join(" "));
-    if (page.socket === null) connect();
+    showHistory();
+    markPage();
+    document.dispatchEvent(new CustomEvent("deskbegin", { detail: { page: page.name } }));
+    connect();
     send();
     return data.controls.scenario;
   }
@@ -329,6 +400,8 @@
       page.values[name] = value;
       if (moved || rescaled) show(name, document.activeElement === element(`${name}-slider`) ? document.activeElement : null);
     }
+    // What a hand dragged has become gains.
+    for (const name of ["point", "pole"]) if (answer.ok && !page.changed.has(name)) delete page.values[name];
     const elsewhere = showErrors(answer.errors);
     // A note stays until another control is touched.
     const note = [elsewhere, answer.note].filter(Boolean).join(" ");
@@ -348,20 +421,21 @@
     else for (const [plot, key] of Object.entries(answer.drawn)) {
       page.drawn[plot] = key;
       page.stale.delete(plot);
-      if (plot !== NUMBERS) page.due[plot] = answer.seq;
+      if (!page.tables.includes(plot)) page.due[plot] = answer.seq;
     }
-    Object.assign(document.getElementById("explore").dataset, { seq: answer.seq, gains: answer.gains.join(" ") });
-    if (element("numbers-details").open && !(answer.drawn && NUMBERS in answer.drawn)) page.stale.add(NUMBERS);
+    for (const details of all("details[data-tables]")) {
+      const place = details.dataset.tables;
+      if (details.open && !(answer.drawn && place in answer.drawn)) page.stale.add(place);
+    }
+    Object.assign(root().dataset, { seq: answer.seq, gains: answer.gains.join(" ") });
     page.experiment = answer.experiment;
-    text("status", answer.status);
-    element("status").dataset.tone = answer.tone;
-    text("formula", answer.formula);
-    text("description", answer.description);
-    text("slice", answer.slice);
-    text("scale", answer.scale);
-    text("at-text", answer.cursor);
-    element("unpin").hidden = !answer.pinned;
+    for (const [name, content] of Object.entries(answer.texts)) text(name, content);
+    element("verdict").dataset.tone = answer.tone;
+    if (element("unpin")) element("unpin").hidden = !answer.pinned;
     showCards(answer.cards);
+    showRows(answer.rows);
+    showOffer(answer.offer);
+    gainscope.showHandles(answer.handles, answer.tone, edit);
     const menus = JSON.stringify([answer.owned, answer.offers]);
     if (menus !== page.menus) {
       page.menus = menus;
@@ -374,7 +448,7 @@
   }
 
   function moveLines(answer, numbers) {
-    for (const plot of [...ALWAYS, ...OTHERS]) page.stale.add(plot);
+    for (const plot of [...page.often, ...page.inTurn]) page.stale.add(plot);
     let at = 0;
     for (const [plot, traces] of Object.entries(answer.lines)) {
       const lines = traces.map(([index, length]) => {
@@ -382,25 +456,22 @@
         at += 2 * length;
         return line;
       });
-      gainscope.drawLines(document.querySelector(`#${plot} .js-plotly-plot`), lines);
-    }
-    for (const marker of document.querySelectorAll("#explore-stability .scatterlayer .point")) {
-      marker.style.fill = `var(--${answer.tone})`;
+      gainscope.drawLines(drawing(plot), lines);
     }
     // What has to be drawn anew (another target, another sample) does not wait for the hand to rest.
     page.outdated = answer.outdated;
   }
 
   function readOut(answer) {
-    const titles = [...document.querySelectorAll("#explore [data-metric]")].map(
+    const titles = [...all("[data-metric]")].map(
       (card) => `${card.querySelector(".metric-title").textContent} ${card.querySelector(".metric-value").textContent}`,
     );
-    text("live", `${answer.status} ${titles.join(", ")}.`);
+    text("live", `${answer.texts.status} ${titles.join(", ")}.`);
   }
 
   // ------------------------------------------------------------------ hands
 
-  const onPage = (target) => page && target instanceof Element && target.closest("#explore");
+  const onPage = (target) => page && target instanceof Element && target.closest(`#${page.name}`);
 
   document.addEventListener("input", (event) => {
     const target = event.target;
@@ -451,16 +522,18 @@
   document.addEventListener("click", (event) => {
     const button = onPage(event.target) ? event.target.closest("button") : null;
     if (!button) return;
-    if (button.id === "explore-pin" && page.experiment) {
+    if (button.id === `${page.name}-pin` && page.experiment) {
       // What is on its way belongs to what is pinned.
       if (page.busy || page.waiting) page.pinNext = true;
       else pin();
-    } else if (button.id === "explore-unpin") {
+    } else if (button.id === `${page.name}-unpin`) {
       page.pin = null;
       schedule();
-    } else if (button.id === "explore-new-seed") {
+    } else if (button.id === `${page.name}-new-seed`) {
       const seed = Number(page.values.seed);
       edit("seed", Number.isInteger(seed) ? seed + 1 : 1);
+    } else if (button.id === `${page.name}-offer` && page.offer) {
+      editAll(page.offer);
     }
   });
 
@@ -468,38 +541,117 @@
   document.addEventListener(
     "toggle",
     (event) => {
-      if (!page || event.target.id !== "explore-numbers-details" || !event.target.open) return;
-      page.stale.add(NUMBERS);
+      if (!onPage(event.target) || !event.target.dataset.tables || !event.target.open) return;
+      page.stale.add(event.target.dataset.tables);
       settle();
     },
     true,
   );
 
-  document.addEventListener("themechange", () => page && schedule());
+  // ------------------------------------------------------------------ undo and redo
 
-  // A click on a plot chooses the sample of the close-up.
-  function watchClicks() {
-    for (const id of ["explore-path", "explore-close-up", "explore-time", "explore-error"]) {
-      const plot = document.querySelector(`#${id} .js-plotly-plot`);
-      if (!plot || plot.dataset.watched || !plot.on) continue;
-      plot.dataset.watched = "yes";
-      plot.on("plotly_click", (event) => chooseSample(plot.layout.meta, event.points[0]));
+  // What the page says once it rests is a step; nothing in between is.
+  function remember() {
+    const now = JSON.stringify([page.values, page.pin]);
+    if (page.present === now) return;
+    if (page.present !== null) {
+      page.past.push(page.present);
+      page.past.splice(0, page.past.length - STEPS_BACK);
+      page.future.length = 0;
+    }
+    page.present = now;
+    showHistory();
+  }
+
+  function travel(from, to) {
+    if (!page || !from.length || page.busy || page.waiting) return;
+    to.push(page.present);
+    page.present = from.pop();
+    [page.values, page.pin] = JSON.parse(page.present);
+    page.changed.clear();
+    text("note", "");
+    for (const name of Object.keys(page.values)) show(name);
+    showHistory();
+    schedule();
+  }
+
+  function showHistory() {
+    for (const [name, steps] of [["undo", page.past], ["redo", page.future]]) {
+      const button = document.getElementById(name);
+      if (button) button.disabled = !steps.length;
     }
   }
 
-  // Every plot says which sample its first point is, and how many samples lie from point to point and from marker to
+  const undo = () => page && travel(page.past, page.future);
+  const redo = () => page && travel(page.future, page.past);
+
+  document.addEventListener("keydown", (event) => {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey || !root()) return;
+    // A box has an undo of its own while something is being typed.
+    const { target } = event;
+    if (target.type === "text" && target.value !== target.dataset.shown) return;
+    const key = event.key.toLowerCase();
+    if (key !== "z" && key !== "y") return;
+    event.preventDefault();
+    if (key === "y" || event.shiftKey) redo();
+    else undo();
+  });
+
+  document.addEventListener("click", (event) => {
+    const button = event.target instanceof Element ? event.target.closest("button") : null;
+    if (button && button.id === "undo") undo();
+    if (button && button.id === "redo") redo();
+  });
+
+  document.addEventListener("themechange", () => root() && schedule());
+
+  // A click on a plot whose points are samples chooses the one of the close-up.
+  function watchPlots() {
+    for (const id of [...page.often, ...page.inTurn]) {
+      const plot = drawing(id);
+      if (!plot || plot.dataset.watched || !plot.on) continue;
+      plot.dataset.watched = "yes";
+      plot.on("plotly_afterplot", () => gainscope.placeHandles(id));
+      plot.on("plotly_click", (event) => {
+        if (plot.layout.meta && "first" in plot.layout.meta) chooseSample(plot.layout.meta, event.points[0]);
+      });
+      gainscope.placeHandles(id);
+    }
+  }
+
+  // Such a plot says which sample its first point is, and how many samples lie from point to point and from marker to
   // marker.
   function chooseSample(meta, point) {
     const every = point.fullData.mode === "markers" ? meta.every_marker : meta.every;
     edit("at", meta.first + point.pointNumber * every + 1);
   }
 
+  window.gainscope = Object.assign(window.gainscope || {}, {
+    desk: {
+      edit,
+      // What a page shows beside its plots follows the page's own script.
+      get values() {
+        return page.values;
+      },
+      get samples() {
+        return page.samples;
+      },
+      get busy() {
+        return page.busy || page.waiting;
+      },
+      useScene(token) {
+        page.scene = token;
+        schedule();
+      },
+    },
+  });
+
   window.dash_clientside = Object.assign({}, window.dash_clientside, {
-    explore: {
+    desk: {
       begin,
       finish(answer) {
         const outcome = finish(answer);
-        watchClicks();
+        if (page) watchPlots();
         return outcome;
       },
     },

@@ -1,0 +1,263 @@
+"""What every page with plots and sliders does: answers to a change of its controls, fast and in full.
+
+A page declares its plots, its tables and what else it reports; the rest is the same everywhere. The counterpart in
+the browser is assets/desk.js.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from dash import ClientsideFunction, Dash, Input, Output, Patch, dcc, no_update
+from dash.development.base_component import Component
+
+from layouts import live
+from layouts.controls import Resolution, controls_of, resolve
+from layouts.figures.common import Figure, Path, coordinates, moving, moving_traces
+from layouts.readouts import common_report
+from layouts.scenes import TOKEN
+from layouts.shown import Shown
+from layouts.state import Settings, from_query
+from layouts.text import error_text
+from layouts.theme import THEMES
+from tracker_core import Result, run_experiment
+from tracker_core.types import FloatArray
+
+LONG_RUN = 10_000
+"""Runs of more samples than this leave the event loop to others."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """One plot of a page.
+
+    Attributes:
+        draw: makes its figure.
+        moving: the parts of the figure that change with the gains.
+        key: what must stay the same for all other parts to stay right, beside the theme.
+        often: whether it follows every move of a slider; the others take turns.
+    """
+
+    draw: Callable[[Shown], Figure]
+    moving: tuple[Path, ...]
+    key: Callable[[Shown], str]
+    often: bool = False
+
+
+Tables = Callable[[Result, Settings], list[Component]]
+
+
+@dataclass(frozen=True, slots=True)
+class Desk:
+    """A page's answers.
+
+    Attributes:
+        page: prefix of its ids.
+        plots: by id.
+        tables: by id of the place they are put into; made only while they are looked at.
+        report: what the page says beside what every page says (see `readouts.common_report`): `texts`, `cards`,
+            `rows` of tables, draggable `handles` per plot, an `offer`.
+        sliders: what its sliders span.
+        scene: shows a run in the page's scene in three dimensions; None where it has none.
+    """
+
+    page: str
+    plots: Mapping[str, Plot]
+    tables: Mapping[str, Tables]
+    report: Callable[[Shown], dict[str, Any]]
+    sliders: Mapping[str, Any]
+    scene: Callable[[Shown], None] | None = None
+
+
+def beginning(desk: Desk, query: Mapping[str, Any]) -> dict[str, Any]:
+    """What the page's script starts from: the controls as a link describes them, and what the page has."""
+    settings, notes = from_query({name: str(value) for name, value in query.items()})
+    return {
+        "page": desk.page,
+        "controls": controls_of(settings),
+        "pin": settings.pin.to_dict() if settings.pin else None,
+        "notes": notes,
+        "sliders": desk.sliders,
+        "often": [name for name, plot in desk.plots.items() if plot.often],
+        "inTurn": [name for name, plot in desk.plots.items() if not plot.often],
+        "tables": list(desk.tables),
+    }
+
+
+def stores(desk: Desk, query: Mapping[str, Any]) -> list[Component]:
+    """Where a page and its script meet."""
+    names = ("begun", "request", "answer", "answered")
+    return [
+        dcc.Store(id=f"{desk.page}-beginning", data=beginning(desk, query)),
+        *(dcc.Store(id=f"{desk.page}-{name}") for name in names),
+    ]
+
+
+def register(app: Dash, desk: Desk) -> None:
+    """Attach a page's callbacks and its socket."""
+    page = desk.page
+    app.clientside_callback(
+        ClientsideFunction("desk", "begin"), Output(f"{page}-begun", "data"), Input(f"{page}-beginning", "data")
+    )
+    app.clientside_callback(
+        ClientsideFunction("desk", "finish"),
+        Output(f"{page}-answered", "data"),
+        Input(f"{page}-answer", "data"),
+        prevent_initial_call=True,
+    )
+
+    @app.callback(
+        *[Output(plot, "figure") for plot in desk.plots],
+        *[Output(place, "children") for place in desk.tables],
+        Output(f"{page}-answer", "data"),
+        Input(f"{page}-request", "data"),
+        prevent_initial_call=True,
+    )
+    async def update(request: dict[str, Any]) -> tuple[Any, ...]:
+        updates, rest = await asyncio.to_thread(answer, desk, request) if _is_long(request) else answer(desk, request)
+        return *updates, rest
+
+    live.attach(app.server, f"/{page}/live", partial(live_answer, desk), _is_long)
+
+
+def _is_long(request: Mapping[str, Any]) -> bool:
+    return any(_samples(request.get(part)) > LONG_RUN for part in ("controls", "pin"))
+
+
+def _samples(described: Any) -> float:
+    try:
+        return float(described["samples"])
+    except (KeyError, TypeError, ValueError, OverflowError):
+        return 0
+
+
+def drawing_keys(desk: Desk, shown: Shown) -> dict[str, str]:
+    """Per plot what must stay the same for its unmoved parts to stay right."""
+    return {name: f"{shown.theme}|{plot.key(shown)}" for name, plot in desk.plots.items()}
+
+
+def answer(desk: Desk, request: Mapping[str, Any]) -> tuple[list[Any], dict[str, Any]]:
+    """What a page shows after a change of its controls.
+
+    Args:
+        desk: the page.
+        request: `seq` of the request, `controls` by name, `changed` names, `pin` (an experiment as plain values),
+            `drawn` (per plot the key of what it shows now), `want` (plots and tables to update; all plots if left
+            out), `theme` and `scene`.
+
+    Returns:
+        One update per plot (a figure; a Patch where only lines have moved; no_update where nothing is wanted or
+        something is wrong) and one per table, and the rest of the answer.
+    """
+    resolution = _resolution(request)
+    if resolution.settings is None:
+        return [no_update] * (len(desk.plots) + len(desk.tables)), _refusal(request, resolution)
+    shown = _shown(request, resolution.settings, live=False)
+    keys, before, updates = drawing_keys(desk, shown), request.get("drawn") or {}, list[Any]()
+    wanted = request.get("want") or list(desk.plots)
+    now: dict[str, str] = {}
+    for name, plot in desk.plots.items():
+        if name not in wanted:
+            updates.append(no_update)
+            continue
+        figure = plot.draw(shown)
+        updates.append(_patch(figure, plot.moving) if before.get(name) == keys[name] else figure)
+        now[name] = keys[name]
+    for place, tables in desk.tables.items():
+        updates.append(tables(shown.result, shown.settings) if place in wanted else no_update)
+        now |= {place: ""} if place in wanted else {}
+    return updates, _report(desk, request, resolution, shown) | {"drawn": now}
+
+
+def live_answer(desk: Desk, request: Mapping[str, Any]) -> tuple[dict[str, Any], list[FloatArray]]:
+    """What moves on a page while a slider does: the readouts, and the lines of the wanted plots.
+
+    Args:
+        desk: the page.
+        request: as for `answer`; a plot in `want` gets its lines only if what it shows fits them.
+
+    Returns:
+        The rest of the answer, whose `lines` say per plot which traces follow, and their coordinates: x and y of each,
+        32-bit floats.
+    """
+    resolution = _resolution(request)
+    if resolution.settings is None:
+        return _refusal(request, resolution), []
+    shown = _shown(request, resolution.settings, live=True)
+    keys, before = drawing_keys(desk, shown), request.get("drawn") or {}
+    lines: dict[str, list[list[int]]] = {}
+    arrays: list[FloatArray] = []
+    for name, plot in desk.plots.items():
+        if name not in (request.get("want") or ()) or before.get(name) != keys[name]:
+            continue
+        lines[name] = []
+        figure = plot.draw(shown)
+        for index in moving_traces(plot.moving):
+            x, y = (coordinates(figure["data"][index][axis]) for axis in ("x", "y"))
+            lines[name].append([index, len(x)])
+            arrays += [x, y]
+    outdated = [name for name in desk.plots if before.get(name) != keys[name]]
+    return _report(desk, request, resolution, shown) | {"lines": lines, "outdated": outdated}, arrays
+
+
+def _resolution(request: Mapping[str, Any]) -> Resolution:
+    return resolve(request["controls"], request.get("changed") or (), request.get("pin"))
+
+
+def _shown(request: Mapping[str, Any], settings: Settings, *, live: bool) -> Shown:
+    result = run_experiment(settings.experiment)
+    theme = str(request.get("theme"))
+    theme = theme if theme in THEMES else THEMES[0]
+    meta = {
+        "seq": request["seq"],
+        "gains": list(result.gains.values),
+        "stable": result.verdict.stable,
+        "theme": theme,
+    }
+    scene = str(request.get("scene"))
+    return Shown(result, settings, theme, meta, live, scene if TOKEN.fullmatch(scene) else "")
+
+
+def _patch(figure: Figure, paths: tuple[Path, ...]) -> Patch:
+    patch = Patch()
+    for path, value in moving(figure, paths):
+        part = patch
+        for step in path[:-1]:
+            part = part[step]
+        part[path[-1]] = value
+    return patch
+
+
+def _refusal(request: Mapping[str, Any], resolution: Resolution) -> dict[str, Any]:
+    """The last good plot stays; the messages stand beside their fields."""
+    return {
+        "seq": request["seq"],
+        "ok": False,
+        "controls": resolution.controls,
+        "errors": {wrong.field: error_text(wrong) for wrong in resolution.errors},
+        "note": resolution.note,
+    }
+
+
+def _report(desk: Desk, request: Mapping[str, Any], resolution: Resolution, shown: Shown) -> dict[str, Any]:
+    if desk.scene is not None and shown.scene:
+        desk.scene(shown)
+    rest = common_report(shown.result, shown.settings, live=shown.live)
+    own = desk.report(shown)
+    rest["texts"] |= own.pop("texts", {})
+    return {
+        "seq": request["seq"],
+        "ok": True,
+        "controls": resolution.controls,
+        "errors": {},
+        "note": resolution.note,
+        "cards": {},
+        "rows": {},
+        "handles": {},
+        **rest,
+        **own,
+    }

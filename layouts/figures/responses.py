@@ -1,0 +1,159 @@
+"""What a filter makes of a step, a ramp, a parabola, and of every frequency."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from layouts.figures.common import META, Figure, clipped, packed, xy
+from layouts.shown import Shown
+from layouts.state import INPUTS
+from layouts.theme import layout, line, tokens
+from tracker_core import Gains
+from tracker_core.responses import frequency_response, step_figures, time_response
+from tracker_core.types import FloatArray
+
+TIME_MOVING = (META, *xy(1, 2, 3, 4))
+FREQUENCY_MOVING = (META, *xy(0, 1, 2, 3))
+
+SPANS = (30, 100, 300, 1_000)
+"""Lengths of the time responses, samples."""
+
+FREQUENCIES = 240
+LOWEST = 1e-3
+"""Lowest frequency drawn, cycles per sample."""
+
+DECIBELS = (-60.0, 20.0)
+
+
+def span(gains: Gains) -> int:
+    """How many samples of a response are shown: enough to see it settle, in coarse steps."""
+    settling = float(step_figures(gains.vector)[1])
+    wanted = 1.5 * settling if np.isfinite(settling) else 0
+    return next((samples for samples in SPANS if samples >= wanted), SPANS[-1])
+
+
+def time_key(shown: Shown) -> str:
+    """What the time responses show beside the present gains."""
+    return f"{shown.view.input}|{span(shown.result.gains)}|{shown.settings.experiment.interval!r}"
+
+
+def time_figure(shown: Shown) -> Figure:
+    """The response to the chosen input from rest above, what is missing to the input below."""
+    gains, degree, interval = shown.result.gains, INPUTS.index(shown.view.input), shown.settings.experiment.interval
+    samples, t = span(gains), tokens(shown.theme)
+    response = time_response(gains, degree, samples)
+    times = np.arange(samples) * interval
+    high = max(1.0, float(response.input[-1]))
+    upper = (-0.1, 1.8) if degree == 0 else (-0.05 * high, 1.1 * high)
+    errors = {"predicted": response.input - response.predicted, "smoothed": response.input - response.smoothed}
+    reach = error_reach(gains, degree, response.input - response.predicted)
+    limit = 50 * max(high, reach)
+
+    def curve(kind: str, y: FloatArray, below: bool = False) -> dict[str, Any]:
+        place = {"yaxis": "y2", "xaxis": "x2", "showlegend": False} if below else {}
+        return {
+            "type": "scatter", "mode": "lines", "x": packed(times), "y": packed(clipped(y, limit)),
+            "line": line(kind, shown.theme), "name": {"truth": "Input", "predicted": "Predicted", "smoothed": "Smoothed"}[kind],
+            **place,
+        }  # fmt: skip
+
+    return {
+        "data": [
+            curve("truth", response.input),
+            curve("predicted", response.predicted),
+            curve("smoothed", response.smoothed),
+            curve("predicted", errors["predicted"], below=True),
+            curve("smoothed", errors["smoothed"], below=True),
+        ],
+        "layout": layout(
+            shown.theme,
+            uirevision=time_key(shown),
+            meta=shown.meta,
+            margin={"l": 56, "r": 12, "t": 30, "b": 40},
+            legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
+            xaxis={"range": [0, float(times[-1])], "anchor": "y", "showticklabels": False},
+            yaxis={"title": {"text": "position"}, "range": list(upper), "domain": [0.42, 1]},
+            xaxis2={
+                **_axis(shown), "title": {"text": "time (s)"}, "range": [0, float(times[-1])], "anchor": "y2",
+            },
+            yaxis2={
+                **_axis(shown), "title": {"text": "input − response"}, "range": [-reach, reach], "domain": [0, 0.34],
+                "anchor": "x2", "zerolinecolor": t["line"],
+            },
+        ),
+    }  # fmt: skip
+
+
+def error_reach(gains: Gains, degree: int, error: FloatArray) -> float:
+    """Half the height of the error's axis: a round number around what the prediction misses at most."""
+    finite = np.abs(error[np.isfinite(error)])
+    greatest = float(finite.max(initial=0.0))
+    if degree < gains.order:
+        # A filter of this order follows the input in the end: what matters is the beginning.
+        greatest = min(greatest, 3.0**degree * 50)
+    power = 10.0 ** np.floor(np.log10(max(greatest, 1e-3)))
+    return float(next(step * power for step in (1.2, 2.5, 6, 12) if step * power >= greatest))
+
+
+def _axis(shown: Shown) -> dict[str, Any]:
+    """Second axes do not take their look from the template."""
+    return dict(layout(shown.theme)["template"]["layout"]["xaxis"])
+
+
+def frequency_key(shown: Shown) -> str:
+    """What the frequency responses show beside the present gains."""
+    return repr(shown.settings.experiment.interval)
+
+
+def frequency_figure(shown: Shown) -> Figure:
+    """Magnitude and phase from the measured to the predicted and to the smoothed position."""
+    interval = shown.settings.experiment.interval
+    frequency = np.geomspace(LOWEST, 0.5, FREQUENCIES)
+    response = frequency_response(shown.result.gains, frequency)
+    hertz = frequency / interval
+    ends = [float(np.log10(hertz[0])), float(np.log10(hertz[-1]))]
+
+    def curve(kind: str, y: FloatArray, below: bool = False) -> dict[str, Any]:
+        place = {"yaxis": "y2", "xaxis": "x2", "showlegend": False} if below else {}
+        return {
+            "type": "scatter", "mode": "lines", "x": packed(hertz), "y": packed(y),
+            "line": line(kind, shown.theme), "name": {"predicted": "Predicted", "smoothed": "Smoothed"}[kind], **place,
+        }  # fmt: skip
+
+    return {
+        "data": [
+            curve("predicted", decibels(response.predicted)),
+            curve("smoothed", decibels(response.smoothed)),
+            curve("predicted", degrees(response.predicted), below=True),
+            curve("smoothed", degrees(response.smoothed), below=True),
+        ],
+        "layout": layout(
+            shown.theme,
+            uirevision=frequency_key(shown),
+            meta=shown.meta,
+            margin={"l": 56, "r": 12, "t": 30, "b": 40},
+            legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
+            xaxis={"type": "log", "range": ends, "dtick": 1, "showticklabels": False, "anchor": "y"},
+            yaxis={"title": {"text": "magnitude (dB)"}, "range": list(DECIBELS), "dtick": 20, "domain": [0.42, 1]},
+            xaxis2={
+                **_axis(shown), "type": "log", "range": ends, "title": {"text": "frequency (Hz)"}, "anchor": "y2",
+                "dtick": 1, "tickformat": "~g",
+            },
+            yaxis2={
+                **_axis(shown), "title": {"text": "phase (°)"}, "range": [-190, 100], "dtick": 90, "domain": [0, 0.34],
+                "anchor": "x2",
+            },
+        ),
+    }  # fmt: skip
+
+
+def decibels(response: np.ndarray) -> FloatArray:
+    """Magnitude in dB, from -120 up."""
+    return 20 * np.log10(np.maximum(np.abs(response), 1e-6))
+
+
+def degrees(response: np.ndarray) -> FloatArray:
+    """Phase in degrees without jumps, beginning near zero at the lowest frequency."""
+    return np.degrees(np.unwrap(np.angle(response)))

@@ -1,0 +1,188 @@
+"""The controls that pages share: the filter with its gains, the target with its sensor, the verdict and the cards."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from dash import html
+from dash.development.base_component import Component
+
+from layouts.components import box, box_field, error_line, metric_card, select_field, slider, slider_field
+from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS
+from tracker_core.design import MANUAL
+from tracker_core.experiment import PARAMETERS
+from tracker_core.fields import FIELDS
+from tracker_core.metrics import Metric
+from tracker_core.noise import NOISES
+from tracker_core.papers import papers
+
+KNOB_SENTENCE = (
+    "One knob for the whole filter: it moves along the steady-state Kalman filters, from the smoothest to the most "
+    "responsive. Below it stands how much more error variance the present gains cost than the best of them."
+)
+
+ORDER_TITLES = [("2", "2  α-β"), ("3", "3  α-β-γ"), ("4", "4  α-β-γ-η")]
+
+SLIDERS: dict[str, dict[str, Any]] = {
+    # Where a gain is written larger, its slider reaches as much further: `factors` follow the convention.
+    "alpha": {"low": 0, "high": 2, "curve": 1},
+    "beta": {"low": 0, "high": 4, "curve": 2},
+    "gamma": {"low": 0, "high": 4, "curve": 3, "factors": {c.name: c.factors[2] for c in CONVENTIONS.values()}},
+    "eta": {"low": 0, "high": 4, "curve": 4, "factors": {c.name: c.factors[3] for c in CONVENTIONS.values()}},
+    "responsiveness": {"low": 0, "high": 1, "curve": 1},
+    "xi": {"low": 0, "high": 0.999, "curve": 1},
+    "tracking_index": {"low": 1e-4, "high": 100, "curve": "log"},
+}
+"""What the sliders span (normalised gains), and how: a power of the travel, or its logarithm."""
+
+
+def _field(name: str) -> tuple[str, str, str]:
+    field = FIELDS[name]
+    title = f"{field.title} {field.symbol}" if field.symbol in ("n", "T", "σ") else field.title
+    return name, title, field.sentence
+
+
+def filter_card(page: str) -> Component:
+    """Paper's run, order, convention, design, the smooth-responsive knob and the gains."""
+    runs = [(f"{paper.name}/{run.name}", run.title) for paper in papers().values() for run in paper.runs]
+    headings = [paper.title for paper in papers().values() for _ in paper.runs]
+    return html.Section(
+        [
+            html.H2("Filter"),
+            select_field(
+                page, "preset", "Run from a paper", "One click loads a paper's run with all its settings.",
+                [("", "–"), *runs], ["", *headings],
+            ),
+            html.Div(
+                [
+                    select_field(page, *_field("order"), ORDER_TITLES),
+                    select_field(
+                        page, *_field("convention"),
+                        [(c.name, c.title) for c in CONVENTIONS.values()],
+                    ),
+                ],
+                className="pair",
+            ),
+            select_field(
+                page, *_field("design"), [(MANUAL, "Manual"), *((d.name, d.title) for d in DESIGNS.values())]
+            ),
+            html.P(id=f"{page}-formula", className="formula"),
+            html.Div(
+                [
+                    html.Label(
+                        "Smooth", htmlFor=f"{page}-responsiveness-slider", className="tip",
+                        **{"data-tip": KNOB_SENTENCE},
+                    ),
+                    slider(page, "responsiveness", "Smooth to responsive, along the optimal filters"),
+                    html.Span("Responsive", className="end", **{"aria-hidden": "true"}),
+                    html.Div(id=f"{page}-distance", className="hint distance"),
+                    error_line(page, "responsiveness"),
+                ],
+                className="knob",
+            ),
+            html.Div(
+                [
+                    slider_field(page, name, FIELDS[name].symbol, FIELDS[name].title, FIELDS[name].sentence)
+                    for name in PARAMETERS
+                ],
+                className="gains",
+            ),
+        ],
+        className="card",
+    )  # fmt: skip
+
+
+def target_card(page: str) -> Component:
+    """Target, samples, interval, noise, seed and start."""
+    return html.Section(
+        [
+            html.H2("Target and sensor"),
+            select_field(page, *_field("scenario"), [(s.name, s.title) for s in SCENARIOS.values()]),
+            html.P(id=f"{page}-description", className="formula"),
+            html.Div(
+                [
+                    box_field(page, *_field("samples")),
+                    box_field(page, *_field("interval"), FIELDS["interval"].unit),
+                ],
+                className="pair",
+            ),
+            html.Div(
+                [
+                    select_field(page, *_field("noise"), [(name, noise.title) for name, noise in NOISES.items()]),
+                    box_field(page, *_field("noise_std"), FIELDS["noise_std"].unit),
+                ],
+                className="pair",
+            ),
+            html.Div(
+                [
+                    html.Div(
+                        [
+                            html.Label(
+                                "Seed", htmlFor=f"{page}-seed", className="tip", **{"data-tip": FIELDS["seed"].sentence}
+                            ),
+                            html.Div(
+                                [
+                                    box(page, "seed", "Seed"),
+                                    html.Button("New", id=f"{page}-new-seed", type="button", className="quiet",
+                                                **{"aria-label": "Draw new noise: next seed"}),
+                                ],
+                                className="with-button",
+                            ),
+                            error_line(page, "seed"),
+                        ],
+                        className="field",
+                    ),
+                    select_field(page, *_field("start"), [(s.name, s.title) for s in STARTS.values()]),
+                ],
+                className="pair",
+            ),
+        ],
+        className="card",
+    )  # fmt: skip
+
+
+def status_row(page: str) -> Component:
+    """Verdict, notes, and the way back into the stable region."""
+    return html.Div(
+        [
+            html.Div(
+                [
+                    html.Span(id=f"{page}-status"),
+                    html.Button(id=f"{page}-offer", type="button", className="quiet offer", hidden=True),
+                ],
+                id=f"{page}-verdict",
+                className="status",
+            ),
+            html.Div(id=f"{page}-note", className="note"),
+        ],
+        className="status-row",
+    )
+
+
+def metrics_card(page: str, cards: Mapping[str, str], metrics: Mapping[str, Metric]) -> Component:
+    """Figures of merit with their change since the pin.
+
+    Args:
+        page: prefix of the ids.
+        cards: title by name of the metric.
+        metrics: what they are.
+    """
+    shown = [
+        metric_card(name, title, f"{metrics[name].sentence} {metrics[name].formula}") for name, title in cards.items()
+    ]
+    return html.Section(
+        [
+            html.Div(shown, className="metrics"),
+            html.Div(
+                [
+                    html.Button("Pin", id=f"{page}-pin", type="button", className="quiet",
+                                **{"aria-label": "Pin this filter: show every metric's change from here"}),
+                    html.Button("Unpin", id=f"{page}-unpin", type="button", className="quiet", hidden=True),
+                ],
+                className="metric-tools",
+            ),
+        ],
+        className="card metrics-card",
+        **{"aria-label": "Metrics"},
+    )  # fmt: skip

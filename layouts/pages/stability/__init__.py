@@ -1,0 +1,23 @@
+"""Stability: take hold of the operating point or of a pole, see what the gains buy."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from dash import Dash
+
+from layouts import desk
+from layouts.pages.stability.answers import DESK, picture
+from layouts.pages.stability.view import layout
+from layouts.scenes import Scenes
+
+PATH = "/stability"
+NAME = "Stability"
+TITLE = "Gainscope: stability you can take hold of"
+
+__all__ = ["NAME", "PATH", "TITLE", "layout", "register"]
+
+
+def register(app: Dash, scenes: Scenes) -> None:
+    """Attach the page's callbacks."""
+    desk.register(app, replace(DESK, scene=lambda shown: scenes.show(shown.scene, picture(shown))))

@@ -1,0 +1,136 @@
+"""What the Stability page shows of a run."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+from dash.development.base_component import Component
+
+from layouts.components import table
+from layouts.desk import Desk, Plot
+from layouts.figures import poles, responses, stability_map, track
+from layouts.figures.handles import gains_handle, pole_handles, pole_text
+from layouts.filter_card import SLIDERS
+from layouts.scenes import RegionPicture
+from layouts.shown import Shown
+from layouts.state import Settings
+from layouts.text import change_text, metric_text, significant
+from tracker_core import Experiment, Result
+from tracker_core.consistency import consistency
+from tracker_core.merits import MERITS, merits
+from tracker_core.poles import damping_class, damping_ratio
+from tracker_core.responses import variance_reduction
+from tracker_core.stability import Condition, printed_conditions
+from tracker_core.types import STATE_NAMES
+
+CARDS = {
+    "noise_gain": "Noise gain",
+    "predicted_noise_gain": "Noise, predicted",
+    "unit_lag": "Lag per unit",
+    "overshoot": "Overshoot",
+    "settling": "Settling time",
+    "damping": "Damping ratio",
+    "spectral_radius": "Largest pole",
+    "optimal_distance": "From optimal",
+}
+NUMBERS = "stability-numbers"
+SPACE = {
+    2: "a filter of order 2 lies on the floor, γ = 0",
+    3: "normalised gains",
+    4: "of a filter of order 4 its α, β, γ; its own region has four dimensions",
+}
+
+
+@lru_cache(maxsize=64)
+def _pinned(experiment: Experiment) -> dict[str, float | None]:
+    return merits(experiment.gains(), experiment.interval)
+
+
+def cards(result: Result, settings: Settings) -> dict[str, list[str]]:
+    """Per figure of merit its value, its change since the pin, and the tone of the change."""
+    figures = merits(result.gains, settings.experiment.interval)
+    pinned = _pinned(settings.pin) if settings.pin else None
+    shown = {}
+    for name in CARDS:
+        change, tone = change_text(MERITS[name], figures[name], pinned[name]) if pinned else ("", "")
+        shown[name] = [metric_text(MERITS[name], figures[name]), change, tone]
+    return shown
+
+
+def report(shown: Shown) -> dict[str, Any]:
+    """Cards, what can be dragged, and the tables of the two tests."""
+    result, verdict = shown.result, shown.result.verdict
+    return {
+        "cards": cards(result, shown.settings),
+        "handles": {
+            "stability-map": gains_handle(result.gains, shown.view.plane),
+            "stability-poles": pole_handles(verdict.poles),
+        },
+        "rows": {
+            "conditions": [_condition_row(condition) for condition in verdict.conditions],
+            "printed": [_condition_row(condition) for condition in printed_conditions(result.gains)],
+            "jury": [_jury_row(condition) for condition in verdict.jury],
+        },
+        "texts": {"damping": damping_class(result.gains), "space": SPACE[result.gains.order]},
+    }
+
+
+def picture(shown: Shown) -> RegionPicture:
+    """The operating point for the scene of order 3; a filter of order 2 is one of order 3 without gamma."""
+    alpha, beta, gamma = (*shown.result.gains.vector.tolist(), 0.0)[:3]
+    return RegionPicture((alpha, beta, gamma), shown.result.verdict.stable, shown.theme)
+
+
+def _condition_row(condition: Condition) -> list[Any]:
+    return [condition.text, significant(condition.margin, 4), verdict_cell(condition)]
+
+
+def _jury_row(condition: Condition) -> list[Any]:
+    numbers = "  ".join(significant(number, 4) for number in condition.numbers)
+    return [condition.text, numbers, significant(condition.margin, 4), verdict_cell(condition)]
+
+
+def verdict_cell(condition: Condition) -> list[str]:
+    """A cell that says whether a condition holds, with its tone."""
+    return ["holds", "good"] if condition.holds else ["fails", "bad"]
+
+
+def numbers(result: Result, settings: Settings) -> list[Component]:
+    """The tables: poles, variance of every state, and whether the run looks like the model that suits the gains."""
+    interval = settings.experiment.interval
+    pole_rows = [
+        [pole_text(pole), significant(abs(pole), 5), significant(damping_ratio(pole), 4)]
+        for pole in result.verdict.poles
+    ]
+    tables = [table("Poles", ["", "magnitude", "damping ratio ζ"], pole_rows)]
+    if not result.verdict.stable:
+        return tables
+    variances = variance_reduction(result.gains, interval)
+    rows = [
+        [f"{state} (1{unit})", significant(float(value), 6)]
+        for state, unit, value in zip(STATE_NAMES, ("", "/s²", "/s⁴", "/s⁶"), variances.smoothed, strict=False)
+    ]
+    rows.append(["predicted position (1)", significant(variances.predicted, 6)])
+    tables.append(table("Variance per variance of the measurements", ["", "variance"], rows))
+    return tables + _consistency(result)
+
+
+def _consistency(result: Result) -> list[Component]:
+    found = consistency(result)
+    return [] if found is None else []
+
+
+DESK = Desk(
+    page="stability",
+    plots={
+        "stability-map": Plot(stability_map.stability_map, stability_map.MOVING, stability_map.map_key, often=True),
+        "stability-poles": Plot(poles.pole_figure, poles.MOVING, lambda _: "", often=True),
+        "stability-path": Plot(track.path_figure, track.PATH_MOVING, track.path_key, often=True),
+        "stability-response": Plot(responses.time_figure, responses.TIME_MOVING, responses.time_key),
+        "stability-frequency": Plot(responses.frequency_figure, responses.FREQUENCY_MOVING, responses.frequency_key),
+    },
+    tables={NUMBERS: numbers},
+    report=report,
+    sliders=SLIDERS,
+)

@@ -1,0 +1,43 @@
+"""What the 3-D page shows of a run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from layouts.desk import Desk, Plot
+from layouts.figures import error, track
+from layouts.filter_card import SLIDERS
+from layouts.scenes import TrackPicture
+from layouts.shown import Shown, seen_key
+
+
+def report(shown: Shown) -> dict[str, Any]:
+    """How much larger deviations are drawn."""
+    factor = shown.view.exaggerate
+    return {"texts": {"scale": "" if factor == 1 else f"deviations × {factor}"}}
+
+
+def picture(shown: Shown) -> TrackPicture:
+    """The run for the scene, deviations from the truth exaggerated as the view asks."""
+    times, series = shown.result.truth.times, track.positions(shown.result, shown.view)
+    return TrackPicture(
+        key=track.path_key(shown),
+        times=times,
+        **series,
+        cursor=shown.view.cursor(len(times)),
+        trail=True,
+        names=shown.result.scenario.axes,
+        theme=shown.theme,
+    )
+
+
+DESK = Desk(
+    page="track",
+    plots={
+        "track-path": Plot(track.path_figure, track.PATH_MOVING, track.path_key, often=True),
+        "track-error": Plot(error.error_figure, error.MOVING, seen_key),
+    },
+    tables={},
+    report=report,
+    sliders=SLIDERS,
+)

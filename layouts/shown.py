@@ -1,0 +1,47 @@
+"""One run as a page is to show it: what figures are made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from layouts.state import Settings, View
+from tracker_core import Result
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """One run as a page is to show it.
+
+    Attributes:
+        result: the run.
+        settings: what it follows from, and the view of it.
+        theme: "light" or "dark".
+        meta: what the page knows of this drawing; put into the layout of every plot.
+        live: whether a slider is moving: only what moves will be looked at.
+        scene: the token of the page's scene in three dimensions; empty for none.
+    """
+
+    result: Result
+    settings: Settings
+    theme: str
+    meta: dict[str, Any]
+    live: bool = False
+    scene: str = ""
+
+    @property
+    def view(self) -> View:
+        """What of the run is looked at."""
+        return self.settings.view
+
+
+def target_key(shown: Shown) -> str:
+    """What must stay the same for a zoom to keep its meaning."""
+    experiment = shown.settings.experiment
+    return f"{experiment.scenario}|{experiment.samples}|{experiment.interval!r}"
+
+
+def seen_key(shown: Shown) -> str:
+    """What truth and measurements follow from."""
+    experiment = shown.settings.experiment
+    return f"{target_key(shown)}|{experiment.noise}|{experiment.noise_std}|{experiment.seed}"

@@ -1,0 +1,170 @@
+"""Whether a filter's errors look as its model says: NEES and NIS with their chi-square bounds.
+
+The normalised innovation squared (NIS) needs no truth, the normalised error squared (NEES) does. Both are measured by
+the covariance that the filter's constant gains really have on the model, from the Joseph form, so that they also serve
+gains that are not optimal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import exp, inf, lgamma, log, sqrt
+from statistics import NormalDist
+
+import numpy as np
+
+from tracker_core.checks import Domain
+from tracker_core.conventions import Gains
+from tracker_core.motion import transition
+from tracker_core.optimal import process_input
+from tracker_core.responses import closed_loop, lyapunov, require_stable
+from tracker_core.types import FloatArray
+
+LEVEL = 0.95
+DEGREES = Domain(1, 1e7)
+SHARE = Domain(0, 1, low_open=True, high_open=True)
+
+
+@dataclass(frozen=True, slots=True)
+class ModelCovariance:
+    """Steady covariance of the errors on a model, interval 1 and unit measurement variance.
+
+    Attributes:
+        predicted, smoothed: of the state before and after the measurement, shape (order, order).
+        innovation: variance of the innovation.
+    """
+
+    predicted: FloatArray
+    smoothed: FloatArray
+    innovation: float
+
+
+@dataclass(frozen=True, slots=True)
+class Consistency:
+    """The average of a statistic, and where it lies if the model is right.
+
+    Attributes:
+        mean: the average.
+        low, high: the interval that holds it with the probability asked for.
+        count: how many values were averaged.
+    """
+
+    mean: float
+    low: float
+    high: float
+    count: int
+
+    @property
+    def holds(self) -> bool:
+        """Whether the average lies in the interval."""
+        return self.low <= self.mean <= self.high
+
+
+def model_covariance(gains: Gains, tracking_index: float) -> ModelCovariance:
+    """The covariance that any stable gains have on the model of `tracker_core.optimal`.
+
+    P = (I - K H)(F P F' + Q)(I - K H)' + K K', the Joseph form, which holds for every gain.
+
+    Raises:
+        InputError: for gains that are not stable.
+    """
+    require_stable(gains)
+    g, f = gains.vector, transition(gains.order, 1.0)
+    drive = tracking_index * process_input(gains.order)
+    left = drive - g * drive[0]
+    smoothed = lyapunov(closed_loop(gains), np.outer(left, left) + np.outer(g, g))
+    predicted = f @ smoothed @ f.T + np.outer(drive, drive)
+    return ModelCovariance(predicted, smoothed, float(predicted[0, 0]) + 1)
+
+
+def innovation_squared(innovations: FloatArray, variance: float) -> FloatArray:
+    """NIS per value: the innovation squared over its variance, shape as given."""
+    return innovations**2 / variance
+
+
+def error_squared(errors: FloatArray, covariance: FloatArray) -> FloatArray:
+    """NEES per sample: e' P^-1 e.
+
+    Args:
+        errors: shape (..., order), derivative i times T^i.
+        covariance: shape (order, order), in the same units.
+    """
+    whitened = np.linalg.solve(np.linalg.cholesky(covariance), np.moveaxis(errors, -1, 0).reshape(len(covariance), -1))
+    return (whitened**2).sum(axis=0).reshape(errors.shape[:-1])
+
+
+def average(values: FloatArray, dimension: int, level: float = LEVEL) -> Consistency:
+    """The average of independent values that are chi-square distributed if the model is right.
+
+    Args:
+        values: NaN where there is none.
+        dimension: degrees of freedom of one value.
+        level: probability of the interval.
+    """
+    known = values[np.isfinite(values)]
+    count = max(1, known.size)
+    low, high = chi_square_interval(count * dimension, level)
+    mean = float(known.mean()) if known.size else float("nan")
+    return Consistency(mean, low / count, high / count, known.size)
+
+
+def chi_square_interval(degrees: float, level: float = LEVEL) -> tuple[float, float]:
+    """The central interval that holds a chi-square variable with a given probability.
+
+    Args:
+        degrees: of freedom, 1 to 10 million.
+        level: probability, between 0 and 1.
+
+    Raises:
+        InputError: for arguments outside.
+    """
+    DEGREES.check("degrees", degrees)
+    SHARE.check("level", level)
+    return chi_square_quantile(degrees, (1 - level) / 2), chi_square_quantile(degrees, (1 + level) / 2)
+
+
+@lru_cache(maxsize=256)
+def chi_square_quantile(degrees: float, probability: float) -> float:
+    """Where the chi-square distribution function has a value: safeguarded Newton from Wilson and Hilferty's cube."""
+    spread = 2 / (9 * degrees)
+    x = degrees * max(1e-3, 1 - spread + NormalDist().inv_cdf(probability) * sqrt(spread)) ** 3
+    low, high = 0.0, inf
+    for _ in range(200):
+        miss = _distribution(degrees / 2, x / 2) - probability
+        low, high = (low, x) if miss > 0 else (x, high)
+        slope = exp((degrees / 2 - 1) * log(x / 2) - x / 2 - lgamma(degrees / 2)) / 2
+        after = x - miss / slope if slope > 0 else inf
+        if not low < after < high:
+            after = (low + high) / 2 if high < inf else 2 * x
+        if abs(after - x) <= 1e-15 * x:
+            return after
+        x = after
+    return x
+
+
+def _distribution(a: float, x: float) -> float:
+    """Regularised lower incomplete gamma function: a series below its middle, a continued fraction above."""
+    factor = exp(a * log(x) - x - lgamma(a))
+    if x < a + 1:
+        term = total = 1 / a
+        n = a
+        while term > total * 1e-17:
+            n += 1
+            term *= x / n
+            total += term
+        return total * factor
+    # Lentz's method.
+    b = x + 1 - a
+    c, d = inf, 1 / b
+    fraction = d
+    for i in range(1, 100_000):
+        an = -i * (i - a)
+        b += 2
+        d = 1 / (an * d + b)
+        c = b + an / c
+        step = c * d
+        fraction *= step
+        if abs(step - 1) < 1e-16:
+            break
+    return 1 - fraction * factor

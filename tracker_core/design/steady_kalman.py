@@ -1,0 +1,82 @@
+"""The steady-state Kalman gains of every order, from the tracking index by spectral factorisation.
+
+With s = z + 1/z - 2 the optimal poles z satisfy
+order 2: s^2 + L^2 (s + 4)/4 = 0; order 3: -s^3 + L^2 (s + 4)/4 = 0; order 4: s^4 + L^2 (s + 6)^2/36 = 0.
+In u = 1 - z, s = u^2/(1 - u); the gains follow from the u without loss of digits near z = 1.
+"""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Callable
+
+import numpy as np
+
+from tracker_core.design.base import Design
+from tracker_core.design.kalata import TRACKING_INDEX
+from tracker_core.poles import gains_from_offsets
+from tracker_core.types import FloatArray
+
+
+def optimal_gains(order: int, tracking_index: float) -> FloatArray:
+    """The steady-state Kalman gains, normalised, shape (order,).
+
+    Args:
+        order: 2, 3 or 4.
+        tracking_index: L, > 0.
+    """
+    square = complex(tracking_index) ** 2
+    if order == 2:
+        roots = _quadratic(square / 4, square)
+    elif order == 3:
+        roots = _cubic(tracking_index)
+    else:
+        # s^2 = +-i L (s + 6)/6
+        step = 1j * tracking_index / 6
+        roots = [*_quadratic(-step, -6 * step), *_quadratic(step, 6 * step)]
+    return gains_from_offsets([_stable(s) for s in roots])
+
+
+def _quadratic(b: complex, c: complex) -> list[complex]:
+    """Both roots of s^2 + b s + c = 0."""
+    root = cmath.sqrt(b * b - 4 * c)
+    larger = -(b + root if abs(b + root) >= abs(b - root) else b - root) / 2
+    return [larger, c / larger]
+
+
+def _cubic(tracking_index: float) -> list[complex]:
+    """The roots of s^3 = L^2 (s + 4)/4; scaled by L^(2/3), so that none is lost where L is small or large."""
+    scale = tracking_index ** (2 / 3)
+    roots = np.roots([1.0, 0.0, -(tracking_index ** (2 / 3)) / 4, -1.0])
+    return [complex(root) * scale for root in roots]
+
+
+def _stable(s: complex) -> complex:
+    """u = 1 - z of the root inside the unit circle of z^2 - (s + 2) z + 1 = 0."""
+    root = cmath.sqrt(s * (s + 4))
+    # u^2 + s u - s = 0 has the roots u and u/(u - 1); the smaller magnitude of 1 - u is the stable one.
+    candidates = [2 * s / (s + root), 2 * s / (s - root)] if s else [0j]
+    return min(candidates, key=lambda u: abs(1 - u))
+
+
+def _formula(order: int) -> Callable[[float], tuple[float, ...]]:
+    def gains(tracking_index: float) -> tuple[float, ...]:
+        return tuple(optimal_gains(order, tracking_index).tolist())
+
+    return gains
+
+
+DESIGN = Design(
+    name="steady-kalman",
+    title="Steady Kalman",
+    parameters={"tracking_index": TRACKING_INDEX},
+    formulas={order: _formula(order) for order in (2, 3, 4)},
+    formula={
+        2: "poles from s² + Λ²(s + 4)/4 = 0,  s = z + 1/z − 2",
+        3: "poles from s³ = Λ²(s + 4)/4,  s = z + 1/z − 2",
+        4: "poles from s² = ±iΛ(s + 6)/6,  s = z + 1/z − 2",
+    },
+    source="Spectral factorisation of the random-acceleration and random-jerk models; equals Kalata 1984 at order 2 "
+    "and Gray & Murray 1993 at order 3",
+    remark="The least error variance for Λ = σ_w T²/σ_v (order 4: σ_w T³/σ_v).",
+)

@@ -1,0 +1,127 @@
+"""The best there is: steady-state Kalman gains for a tracking index, and how far other gains are from them.
+
+The model: the highest derivative that the filter tracks is disturbed by white noise w, held over the interval
+(order 2: acceleration, G = [T^2/2, T]) or as an increment (order 3: of the acceleration, G = [T^2/2, T, 1]; order 4: of
+the jerk, G = [T^3/6, T^2/2, T, 1]). The tracking index is L = sigma_w T^2/sigma_v, for order 4 sigma_w T^3/sigma_v.
+
+The optimal poles follow from spectral factorisation. With s = z + 1/z - 2 they satisfy
+order 2: s^2 + L^2 (s + 4)/4 = 0; order 3: -s^3 + L^2 (s + 4)/4 = 0; order 4: s^4 + L^2 (s + 6)^2/36 = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from math import exp, log
+
+import numpy as np
+
+from tracker_core.checks import InputError
+from tracker_core.conventions import Gains
+from tracker_core.design.steady_kalman import optimal_gains
+from tracker_core.responses import closed_loop, lyapunov, noise_gain, require_stable
+from tracker_core.types import FloatArray
+
+SMOOTHEST, MOST_RESPONSIVE = 1e-4, 100.0
+"""Ends of the smooth-responsive path, tracking indices."""
+
+__all__ = [
+    "MOST_RESPONSIVE",
+    "SMOOTHEST",
+    "Distance",
+    "distance_from_optimal",
+    "index_of_noise_gain",
+    "optimal_gains",
+    "path_index",
+    "path_share",
+    "process_input",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Distance:
+    """How far gains are from optimal.
+
+    Attributes:
+        percent: by how much the variance of their position error exceeds that of the best gains, at least.
+        tracking_index: of the model on which it exceeds it least.
+    """
+
+    percent: float
+    tracking_index: float
+
+
+def process_input(order: int) -> FloatArray:
+    """G at T = 1: what a unit of process noise adds to the state, shape (order,)."""
+    return {
+        2: np.array([1 / 2, 1.0]), 3: np.array([1 / 2, 1.0, 1.0]), 4: np.array([1 / 6, 1 / 2, 1.0, 1.0])
+    }[order]  # fmt: skip
+
+
+def process_gain(gains: Gains) -> float:
+    """Variance of the smoothed position error per unit variance of the process noise (T = 1)."""
+    g, drive = gains.vector, process_input(gains.order)
+    left = drive - g * drive[0]
+    return float(lyapunov(closed_loop(gains), np.outer(left, left))[0, 0])
+
+
+def distance_from_optimal(gains: Gains) -> Distance:
+    """By how much gains miss the optimum, on the model that suits them best.
+
+    On the model with tracking index L the smoothed position error has the variance V + L^2 W per measurement
+    variance, V and W being the gains' own; that of the optimal filter is its alpha. The least ratio over L is sought.
+
+    Raises:
+        InputError: for gains that are not stable.
+    """
+    require_stable(gains)
+    noise, process = float(noise_gain(gains.vector)), process_gain(gains)
+    logs, alphas = _alphas(gains.order)
+    step, best = logs[1] - logs[0], int(np.argmin((noise + np.exp(2 * logs) * process) / alphas))
+    at = logs[min(max(best, 1), len(logs) - 2)]
+
+    def ratio(at: float) -> float:
+        return (noise + exp(2 * at) * process) / float(optimal_gains(gains.order, exp(at))[0])
+
+    # The lowest point of the parabola through three, twice: the second time from very near.
+    for width in (step, step / 20):
+        below, here, above = (ratio(at + shift) for shift in (-width, 0.0, width))
+        bend = below - 2 * here + above
+        at += min(1.0, max(-1.0, (below - above) / (2 * bend))) * width if bend > 0 else 0.0
+    return Distance(max(0.0, 100 * (ratio(at) - 1)), exp(at))
+
+
+@cache
+def _alphas(order: int) -> tuple[FloatArray, FloatArray]:
+    """Logarithms of tracking indices, and the optimal alpha for each."""
+    logs = np.linspace(log(1e-12), log(1e6), 1001)
+    return logs, np.array([optimal_gains(order, exp(at))[0] for at in logs])
+
+
+def index_of_noise_gain(order: int, value: float) -> float:
+    """The tracking index on the path whose optimal filter has that noise gain; the nearer end where there is none.
+
+    Raises:
+        InputError: for a noise gain that is not a number.
+    """
+    if value != value:
+        raise InputError("value", "must be a number", value)
+    logs, gains = _noise_gains(order)
+    return exp(float(np.interp(value, gains, logs)))
+
+
+@cache
+def _noise_gains(order: int) -> tuple[FloatArray, FloatArray]:
+    """Logarithms of tracking indices along the path, and the noise gain of the optimal filter there, increasing."""
+    logs = np.linspace(log(SMOOTHEST), log(MOST_RESPONSIVE), 1001)
+    return logs, noise_gain(np.array([optimal_gains(order, exp(at)) for at in logs]))
+
+
+def path_index(share: float) -> float:
+    """The tracking index at a share, 0 (smooth) to 1 (responsive), of the path."""
+    return float(SMOOTHEST * (MOST_RESPONSIVE / SMOOTHEST) ** min(1.0, max(0.0, share)))
+
+
+def path_share(tracking_index: float) -> float:
+    """How far along the path a tracking index stands, 0 to 1."""
+    return min(1.0, max(0.0, log(tracking_index / SMOOTHEST) / log(MOST_RESPONSIVE / SMOOTHEST)))

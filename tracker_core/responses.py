@@ -1,0 +1,236 @@
+"""What a filter with constant gains does to its input: noise, step, ramp, parabola, every frequency; its lag.
+
+With p(z) the characteristic polynomial and m the order, the error of the prediction is (z - 1)^m / p(z) times the
+measured position, that of the smoothed position (1 - g0) times as much.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import factorial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracker_core.checks import Domain, InputError
+from tracker_core.conventions import Gains
+from tracker_core.filters import run_filter
+from tracker_core.motion import transition
+from tracker_core.poles import characteristic_polynomial
+from tracker_core.stability import is_stable
+from tracker_core.types import ORDERS, FloatArray, Measurements
+
+SETTLED = 0.02
+"""A step response has settled when it stays this close to 1."""
+
+HORIZON = 10_000
+"""Samples after which a step response that has not died away counts as never settling."""
+
+DEGREE = Domain(0, 2, whole=True)
+SAMPLES = Domain(1, 200_000, whole=True)
+FREQUENCY = Domain(0, 0.5)
+
+
+@dataclass(frozen=True, slots=True)
+class Variances:
+    """Steady variances of the estimates under white measurement noise of unit variance and no motion.
+
+    Attributes:
+        smoothed: of every state after the measurement, shape (order,); derivative i in 1/s^(2i).
+        predicted: of the predicted position.
+    """
+
+    smoothed: FloatArray
+    predicted: float
+
+
+@dataclass(frozen=True, slots=True)
+class FrequencyResponse:
+    """Complex ratio of estimated to measured position.
+
+    Attributes:
+        frequency: cycles per sample, shape (n,).
+        predicted, smoothed: complex, shape (n,); the prediction is that for the sample itself.
+    """
+
+    frequency: FloatArray
+    predicted: NDArray[np.complex128]
+    smoothed: NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class TimeResponse:
+    """Answer to a polynomial input from rest; interval 1.
+
+    Attributes:
+        input: the measured position, shape (n,).
+        predicted, smoothed: what the filter makes of it, shape (n,); NaN after a stop.
+    """
+
+    input: FloatArray
+    predicted: FloatArray
+    smoothed: FloatArray
+
+
+def closed_loop(gains: Gains) -> FloatArray:
+    """(I - K H) F at T = 1: how the error of the smoothed state goes on, shape (order, order)."""
+    f = transition(gains.order, 1.0)
+    return f - np.outer(gains.vector, f[0])
+
+
+def lyapunov(a: FloatArray, q: FloatArray) -> FloatArray:
+    """P = A P A' + Q for a stable A and a symmetric Q, shape (n, n)."""
+    n = len(a)
+    rows, columns = np.triu_indices(n)
+    # Unknowns are the entries on and above the diagonal; P_ij appears twice off it.
+    kron = np.einsum("ik,jl->ijkl", a, a)
+    both = kron[rows, columns]
+    system = both[:, rows, columns] + np.where(rows == columns, 0.0, both[:, columns, rows])
+    upper = np.linalg.solve(np.eye(len(rows)) - system, q[rows, columns])
+    p = np.empty_like(a)
+    p[rows, columns] = p[columns, rows] = upper
+    return p
+
+
+def variance_reduction(gains: Gains, interval: float = 1.0) -> Variances:
+    """Steady variances per unit measurement variance, from P = A P A' + K K'.
+
+    Args:
+        gains: a stable set of any order.
+        interval: T, s.
+
+    Raises:
+        InputError: for gains that are not stable.
+    """
+    require_stable(gains)
+    a, g = closed_loop(gains), gains.vector
+    p = lyapunov(a, np.outer(g, g))
+    f = transition(gains.order, 1.0)[0]
+    return Variances(np.diag(p) / interval ** (2 * np.arange(gains.order)), float(f @ p @ f))
+
+
+def noise_gain(vectors: FloatArray) -> FloatArray:
+    """Variance of the smoothed position per unit measurement variance, in closed form.
+
+    Each order's is the solution of the Lyapunov equation by Cramer's rule; the denominators are what must be positive
+    for stability.
+
+    Args:
+        vectors: normalised gains, shape (..., order).
+
+    Returns:
+        Shape (...); NaN where the gains are not stable.
+    """
+    g = np.asarray(vectors, dtype=np.float64)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        numerator, denominator, stable = (_noise2, _noise3, _noise4)[g.shape[-1] - 2](*np.moveaxis(g, -1, 0))
+        return np.where(stable, numerator / denominator, np.nan)
+
+
+Ratio = tuple[FloatArray, FloatArray, NDArray[np.bool_]]
+
+
+def _noise2(a: FloatArray, b: FloatArray) -> Ratio:
+    wall = 4 - 2 * a - b
+    return 2 * a**2 + 2 * b - 3 * a * b, a * wall, (a > 0) & (a < 2) & (b > 0) & (wall > 0)
+
+
+def _noise3(a: FloatArray, b: FloatArray, c: FloatArray) -> Ratio:
+    wall, roof = 4 - 2 * a - b, 2 * a * b - c * (2 - a)
+    numerator = 2 * b * (2 * a**2 + 2 * b - 3 * a * b) - a * c * wall
+    return numerator, wall * roof, (a > 0) & (a < 2) & (b > 0) & (wall > 0) & (c > 0) & (roof > 0)
+
+
+def _noise4(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> Ratio:
+    wall = 48 + d - 24 * a - 12 * b
+    roof = 6 * a * b * c + 3 * a * c**2 + a * c * d - 6 * a**2 * d - 6 * c**2
+    without_jerk = 36 * c * (2 * b * (2 * a**2 - 3 * a * b + 2 * b) + a * c * (2 * a + b - 4))
+    linear = 3 * (
+        72 * a**2 * b
+        - 48 * a**3
+        - 48 * a * b
+        - 40 * a**2 * c
+        - 6 * a * b * c
+        - a * c**2
+        + 96 * a * c
+        + 4 * b * c
+        - 48 * c
+    )
+    numerator = without_jerk + d * linear + d**2 * (12 * a - 18 * a**2 + 3 * a * c - 2 * c)
+    stable = (d > 0) & (c > 0) & (4 * a > c) & (3 * b > d) & (wall > 0) & (roof > 0)
+    return numerator, wall * roof, stable
+
+
+def require_stable(gains: Gains) -> None:
+    """Raise an InputError where gains are not stable."""
+    if not is_stable(gains):
+        raise InputError("gains", "must be stable", gains.values)
+
+
+def lag_coefficient(vectors: FloatArray) -> FloatArray:
+    """Steady lag of the smoothed position per T^m and unit m-th derivative: (1 - g0)/g_last.
+
+    Args:
+        vectors: normalised gains, shape (..., order).
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return (1 - vectors[..., 0]) / vectors[..., -1]
+
+
+def frequency_response(gains: Gains, frequency: FloatArray) -> FrequencyResponse:
+    """From the measured position to the predicted and to the smoothed one.
+
+    Args:
+        gains: any set; for unstable gains it is a ratio of polynomials and no response.
+        frequency: cycles per sample, shape (n,), 0 to 0.5.
+
+    Raises:
+        InputError: for a frequency outside.
+    """
+    frequency = np.asarray(frequency, dtype=np.float64)
+    for value in frequency[~((frequency >= FREQUENCY.low) & (frequency <= FREQUENCY.high))][:1]:
+        FREQUENCY.check("frequency", value)
+    z = np.exp(2j * np.pi * frequency)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        error = (z - 1) ** gains.order / np.polyval(characteristic_polynomial(gains), z)
+    return FrequencyResponse(frequency, 1 - error, 1 - (1 - gains.vector[0]) * error)
+
+
+def time_response(gains: Gains, degree: int, samples: int) -> TimeResponse:
+    """The answer to k^degree/degree!, k = 0, 1, ...: a step, a ramp or a parabola.
+
+    Args:
+        gains: any set.
+        degree: 0, 1 or 2.
+        samples: length of the response.
+
+    Raises:
+        InputError: for another degree or a length outside 1 to 200,000.
+    """
+    degree = int(DEGREE.check("degree", degree))
+    k = np.arange(int(SAMPLES.check("samples", samples)), dtype=np.float64)
+    position = k**degree / factorial(degree)
+    track = run_filter(
+        Measurements(k, position[:, None], 1.0), gains, start="known", initial_state=np.zeros((1, gains.order))
+    )
+    return TimeResponse(position, track.predicted[:, 0, 0], track.smoothed[:, 0, 0])
+
+
+def step_figures(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Overshoot and settling time of the smoothed step response.
+
+    Args:
+        vectors: normalised gains, shape (..., order).
+
+    Returns:
+        How far the response passes 1 at most, and the number of samples after which it stays within SETTLED of 1 (the
+        first sample is number 1); each of shape (...), NaN and infinity where the gains are unstable or the response
+        has not died away within HORIZON.
+    """
+    from tracker_core.kernels import step_response
+
+    flat = np.zeros((int(np.prod(vectors.shape[:-1])), max(ORDERS)))
+    flat[:, : vectors.shape[-1]] = np.reshape(vectors, (len(flat), -1))
+    overshoot, settling = np.empty(len(flat)), np.empty(len(flat))
+    step_response(flat, SETTLED, HORIZON, overshoot, settling)
+    return overshoot.reshape(vectors.shape[:-1]), settling.reshape(vectors.shape[:-1])
