@@ -1,0 +1,153 @@
+"""A track in three dimensions: two axes and time, three axes, or one axis and time in a plane."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from layouts.scenes.pictures import Drawing, TrackDrawing
+from layouts.scenes.stage import Axis, Box, add_box, add_line, joined, light, look, place, rgb
+from layouts.theme import LINES, tokens
+from tracker_core.types import FloatArray
+
+if TYPE_CHECKING:
+    import viser
+
+HEIGHT = 0.7
+"""Of the third axis, where it has a scale of its own; the larger of the other two is 1."""
+
+FLAT = 0.35
+"""A third position axis that would be lower than this on the scale of the others is drawn so high."""
+
+MARGIN = 0.04
+KILOMETRES = 5_000
+FAR = 3.0
+"""Beyond so many boxes nothing is drawn, so that a diverging run cannot spoil the picture."""
+
+EYES = {1: (0.0, -1.1, 2.6), 2: (1.45, -2.5, 1.35), 3: (1.45, -2.5, 1.35)}
+
+
+def box_of(drawing: TrackDrawing) -> Box:
+    """The box of truth and measurements: the filter's lines do not change it. x and y are on equal scale."""
+    seen = np.concatenate((drawing.series["truth"], drawing.series["observed"]))
+    ends = [_ends(seen[:, i]) for i in range(seen.shape[1])]
+    time = Axis("time (s)", *_padded(float(drawing.times[0]), float(drawing.times[-1]), 0.0), HEIGHT)
+    spans = [high - low for low, high in ends]
+    if len(ends) == 1:
+        across = Axis(time.title, time.low, time.high, 1.4)
+        return across, _metres(drawing.names[0], *ends[0], 0.8, spans[0]), Axis("", -1.0, 1.0, 0.02)
+    widest = max(spans[:2])
+    plane = [_metres(drawing.names[i], *ends[i], spans[i] / widest, widest) for i in (0, 1)]
+    if len(ends) == 2:
+        return plane[0], plane[1], time
+    height = max(FLAT, min(1.0, spans[2] / widest))
+    return plane[0], plane[1], _metres(drawing.names[2], *ends[2], height, spans[2])
+
+
+def _ends(values: FloatArray) -> tuple[float, float]:
+    finite = values[np.isfinite(values)]
+    return _padded(float(finite.min()), float(finite.max()), MARGIN)
+
+
+def _padded(low: float, high: float, margin: float) -> tuple[float, float]:
+    # A target that stands still has an extent of nothing; the box has one.
+    pad = margin * (high - low) if high > low else max(abs(low), 1.0) * 0.05
+    return low - pad, high + pad
+
+
+def _metres(name: str, low: float, high: float, size: float, span: float) -> Axis:
+    unit, word = (1e3, "km") if span > KILOMETRES else (1.0, "m")
+    return Axis(f"{name} ({word})", low, high, size, unit)
+
+
+def points_of(box: Box, times: FloatArray, positions: FloatArray) -> npt.NDArray[np.float32]:
+    """Positions of shape (n, n_axes) in the scene, shape (n, 3); NaN where they are far outside."""
+    axes = positions.shape[1]
+    if axes == 1:
+        columns = np.stack((times, positions[:, 0], np.zeros_like(times)), axis=1)
+    elif axes == 2:
+        columns = np.column_stack((positions, times))
+    else:
+        columns = positions
+    for i, axis in enumerate(box):
+        reach = FAR * (axis.high - axis.low)
+        outside = (columns[:, i] < axis.low - reach) | (columns[:, i] > axis.high + reach)
+        columns = np.where(outside[:, None], np.nan, columns)
+    return place(box, columns)
+
+
+class TrackScene:
+    """A track as one browser sees it."""
+
+    def __init__(self, client: viser.ClientHandle, drawing: TrackDrawing) -> None:
+        self.drawing = drawing
+        self.box = box_of(drawing)
+        scene, t = client.scene, tokens(drawing.theme)
+        light(client, drawing.theme)
+        axes = drawing.series["truth"].shape[1]
+        add_box(scene, self.box, drawing.theme, flat=axes == 1)
+        truth = self._points("truth")
+        add_line(scene, "/truth", joined(truth), rgb(t["truth"]), LINES["truth"]["width"])
+        if axes > 1:
+            shadow = truth.copy()
+            shadow[:, 2] = -self.box[2].size / 2
+            add_line(scene, "/shadow", joined(shadow), rgb(t["line"]), 1.25)
+        observed = self._points("observed")
+        observed = observed[np.isfinite(observed).all(axis=1)]
+        scene.add_point_cloud(
+            "/observed", observed, np.array(rgb(t["observed"]), dtype=np.uint8), point_size=0.006,
+            point_shape="circle", point_shading="flat", precision="float32",
+        )  # fmt: skip
+        self.lines = {
+            name: add_line(scene, f"/{name}", joined(self._points(name)), rgb(t[name]), LINES[name]["width"])
+            for name in ("predicted", "smoothed")
+        }
+        self.trail = add_line(scene, "/cursor/trail", self._trail(), rgb(t["marker"]), 4)
+        self.drop = add_line(scene, "/cursor/drop", self._drop(), rgb(t["ink-soft"]), 1.25)
+        self.balls = {
+            name: scene.add_icosphere(f"/cursor/{name}", size, rgb(t[colour]), cast_shadow=False, receive_shadow=False)
+            for name, size, colour in (("observed", 0.011, "observed"), ("smoothed", 0.018, "marker"))
+        }
+        self._move_balls()
+
+    def update(self, drawing: Drawing) -> bool:
+        """Change the lines that are others than before, and move the cursor; False when it needs another scene."""
+        before = self.drawing
+        if not isinstance(drawing, TrackDrawing) or drawing.still != before.still:
+            return False
+        self.drawing = drawing
+        for name, handle in self.lines.items():
+            if not drawing.same_line(before, name):
+                handle.points = joined(self._points(name))
+        self.trail.points = self._trail()
+        self.drop.points = self._drop()
+        self._move_balls()
+        return True
+
+    def look(self, client: viser.ClientHandle) -> None:
+        """Put the camera where the track shows well."""
+        look(client, EYES[len(self.drawing.names)], (0.0, 0.0, -0.05))
+
+    def _points(self, name: str) -> npt.NDArray[np.float32]:
+        return points_of(self.box, self.drawing.times, self.drawing.series[name])
+
+    def _here(self, name: str) -> npt.NDArray[np.float32]:
+        return points_of(self.box, np.array([self.drawing.cursor_time]), self.drawing.cursor[name][None])[0]
+
+    def _trail(self) -> npt.NDArray[np.float32]:
+        return joined(points_of(self.box, self.drawing.trail_times, self.drawing.trail))
+
+    def _drop(self) -> npt.NDArray[np.float32]:
+        """From the cursor down to the floor."""
+        here = self._here("smoothed")
+        foot = np.array([here[0], here[1], -self.box[2].size / 2], dtype=np.float32)
+        return joined(np.stack((here, foot)))
+
+    def _move_balls(self) -> None:
+        for name, ball in self.balls.items():
+            here = self._here(name)
+            ball.visible = bool(np.isfinite(here).all())
+            if ball.visible:
+                ball.position = here
