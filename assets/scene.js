@@ -30,7 +30,7 @@
     const token = secret();
     const base = JSON.parse(document.getElementById("_dash-config").textContent).requests_pathname_prefix;
     const frame = document.createElement("iframe");
-    Object.assign(frame, { src: `${base}viser/${token}/`, title: place.dataset.title });
+    Object.assign(frame, { src: `${base}viser/${token}/?theme=${document.documentElement.dataset.theme}`, title: place.dataset.title });
     frame.addEventListener("load", () => {
       try {
         for (const use of USES) frame.contentWindow.addEventListener(use, used, { passive: true });

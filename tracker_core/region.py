@@ -210,9 +210,9 @@ def printed_slice(gains: Gains, plane: tuple[str, str] = ("alpha", "beta")) -> t
 def region_surface(rows: int = 24, columns: int = 48) -> tuple[FloatArray, NDArray[np.int32]]:
     """The border of the region of order 3 as a closed surface of triangles.
 
-    Floor gamma = 0, wall beta = 4 - 2 alpha, roof gamma = 2 alpha beta/(2 - alpha). With beta = s (4 - 2 alpha) the roof
-    is gamma = 4 alpha s: it meets the floor in the edges alpha = 0 and s = 0, the wall in s = 1, and at alpha = 2 all
-    values of s fall on the edge from (2, 0, 0) to (2, 0, 8).
+    Floor gamma = 0, wall beta = 4 - 2 alpha, roof gamma = 2 alpha beta/(2 - alpha). With beta = s (4 - 2 alpha) the
+    roof is gamma = 4 alpha s: it meets the floor in the edges alpha = 0 and s = 0, the wall in s = 1, and at alpha = 2
+    all values of s fall on the edge from (2, 0, 0) to (2, 0, 8).
 
     Args:
         rows: steps of s from 0 to 1.
@@ -236,9 +236,9 @@ def region_surface(rows: int = 24, columns: int = 48) -> tuple[FloatArray, NDArr
     def sheet(corner: list[list[int]], *, flip: bool) -> None:
         for i, j in product(range(len(corner) - 1), range(len(corner[0]) - 1)):
             a, b, c, d = corner[i][j], corner[i + 1][j], corner[i + 1][j + 1], corner[i][j + 1]
-            for triangle in ((a, b, c), (a, c, d)):
-                if len(set(triangle)) == 3:
-                    faces.append(triangle[::-1] if flip else triangle)
+            both = ((a, b, c), (a, c, d))
+            # Where an edge has shrunk to a point, one of the two is nothing.
+            faces.extend(part[::-1] if flip else part for part in both if len(set(part)) == 3)
 
     sheet([[vertex(alpha, share, 1) for share in shares] for alpha in alphas], flip=False)
     sheet([[vertex(alpha, share, 0) for share in shares] for alpha in alphas], flip=True)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from layouts.figures.common import META, Figure, clipped, packed, xy
+from layouts.figures.common import META, NAMES, Figure, clipped, packed, xy
 from layouts.shown import Shown
 from layouts.state import INPUTS
 from layouts.theme import layout, line, tokens
@@ -55,7 +55,7 @@ def time_figure(shown: Shown) -> Figure:
         place = {"yaxis": "y2", "xaxis": "x2", "showlegend": False} if below else {}
         return {
             "type": "scatter", "mode": "lines", "x": packed(times), "y": packed(clipped(y, limit)),
-            "line": line(kind, shown.theme), "name": {"truth": "Input", "predicted": "Predicted", "smoothed": "Smoothed"}[kind],
+            "line": line(kind, shown.theme), "name": NAMES[kind] if kind != "truth" else "Input",
             **place,
         }  # fmt: skip
 
@@ -119,7 +119,7 @@ def frequency_figure(shown: Shown) -> Figure:
         place = {"yaxis": "y2", "xaxis": "x2", "showlegend": False} if below else {}
         return {
             "type": "scatter", "mode": "lines", "x": packed(hertz), "y": packed(y),
-            "line": line(kind, shown.theme), "name": {"predicted": "Predicted", "smoothed": "Smoothed"}[kind], **place,
+            "line": line(kind, shown.theme), "name": NAMES[kind], **place,
         }  # fmt: skip
 
     return {

@@ -152,7 +152,8 @@ def _notes(shown: Shown, plane: tuple[str, str], ranges: list[list[float]], *, e
     if plane != ALPHA_BETA or shown.result.gains.order != 2:
         return []
     places = (
-        (0.42, 1.45, "under-damped"), (0.86, 0.14, "over-damped"), (1.42, 0.5, "alternating"), (0.16, 3.3, "alternating")
+        (0.42, 1.45, "under-damped"), (0.86, 0.14, "over-damped"),
+        (1.42, 0.5, "alternating"), (0.16, 3.3, "alternating"),
     )  # fmt: skip
     (left, right), (low, high) = ranges
     return [
@@ -254,7 +255,7 @@ def _background(shown: Shown, ranges: list[list[float]]) -> dict[str, Any]:
         "zmin": log10(ticks[0]), "zmax": log10(ticks[-1]),
         "colorscale": [[0, t["scale-low"]], [0.5, t["scale-middle"]], [1, t["scale-high"]]],
         "colorbar": {
-            "title": {"text": title, "side": "right", "font": {"size": 11}}, "thickness": 10, "len": 1, "outlinewidth": 0,
+            "title": {"text": title, "side": "right", "font": {"size": 11}}, "thickness": 10, "outlinewidth": 0,
             "tickvals": [log10(tick) for tick in ticks], "ticktext": [f"{tick:g}" for tick in ticks],
             "tickfont": {"size": 10},
         },

@@ -2,6 +2,6 @@
 
 from layouts.scenes.host import Scenes
 from layouts.scenes.pictures import RegionPicture, TrackPicture
-from layouts.scenes.sessions import Stats
+from layouts.scenes.sessions import TOKEN, Stats
 
-__all__ = ["RegionPicture", "Scenes", "Stats", "TrackPicture"]
+__all__ = ["TOKEN", "RegionPicture", "Scenes", "Stats", "TrackPicture"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
 from dash.development.base_component import Component
 
 from layouts.components import table
@@ -17,10 +18,11 @@ from layouts.shown import Shown
 from layouts.state import Settings
 from layouts.text import change_text, metric_text, significant
 from tracker_core import Experiment, Result
-from tracker_core.consistency import consistency
+from tracker_core.consistency import average, error_squared, innovation_squared, model_covariance
 from tracker_core.merits import MERITS, merits
+from tracker_core.optimal import distance_from_optimal
 from tracker_core.poles import damping_class, damping_ratio
-from tracker_core.responses import variance_reduction
+from tracker_core.responses import step_figures, variance_reduction
 from tracker_core.stability import Condition, printed_conditions
 from tracker_core.types import STATE_NAMES
 
@@ -117,8 +119,29 @@ def numbers(result: Result, settings: Settings) -> list[Component]:
 
 
 def _consistency(result: Result) -> list[Component]:
-    found = consistency(result)
-    return [] if found is None else []
+    """Whether the innovations and errors of the run are as large as the model that suits the gains says."""
+    experiment = result.experiment
+    if experiment.noise == "none" or not all(experiment.noise_std):
+        return []
+    index = experiment.tracking_index or distance_from_optimal(result.gains).tracking_index
+    model = model_covariance(result.gains, index)
+    axes, order = len(result.scenario.axes), experiment.order
+    stds = np.broadcast_to(experiment.noise_std, (axes,))
+    # What the start has left behind is none of the model's.
+    steady = slice(int(min(np.nan_to_num(float(step_figures(result.gains.vector)[1]), posinf=0), 1e6)), None)
+    nis = average(innovation_squared(result.track.innovation[steady] / stds, model.innovation).sum(axis=1), axes)
+    errors = (result.track.smoothed - result.truth.states[:, :, :order]) * experiment.interval ** np.arange(order)
+    nees = average(error_squared(errors[steady] / stds[:, None], model.smoothed).ravel(), order)
+    if not nis.count:
+        return []
+    rows = [
+        ["NIS, innovations", significant(nis.mean), f"{significant(nis.low)} to {significant(nis.high)}",
+         "as the model says" if nis.holds else "larger" if nis.mean > nis.high else "smaller"],
+        ["NEES, errors of the state", significant(nees.mean), f"{order} on average",
+         f"{significant(nees.mean / order, 3)} times"],
+    ]  # fmt: skip
+    caption = f"Consistency with the model of tracking index Λ = {significant(index, 3)}, after the start"
+    return [table(caption, ["", "mean", "if the model is right", ""], rows)]
 
 
 DESK = Desk(
