@@ -10,6 +10,7 @@ import os
 import sys
 import threading
 from pathlib import Path
+from typing import Any
 
 import uvicorn
 from dash import Dash, register_page
@@ -64,7 +65,8 @@ def _finish(app: Dash) -> None:
 
     A page other than the first would be answered before the pages' own callbacks are there, a socket before any.
     """
-    for prepare in app.backend._before_request_funcs:
+    backend: Any = app.backend
+    for prepare in backend._before_request_funcs:
         waiting = prepare()
         if asyncio.iscoroutine(waiting):
             asyncio.run(waiting)

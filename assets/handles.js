@@ -175,8 +175,8 @@
     event.preventDefault();
     take(button);
     const step = plots.get(grip.id).spec.step * (event.shiftKey ? 0.1 : 1);
-    const round12 = (value) => Number(value.toFixed(12));
-    move(grip.at.map((value, i) => round12(value + way[i] * step)));
+    // What an arrow does not move keeps every digit.
+    move(grip.at.map((value, i) => (way[i] ? Number((value + way[i] * step).toFixed(12)) : value)));
     clearTimeout(grip.timer);
     grip.timer = setTimeout(letGo, QUIET);
   });

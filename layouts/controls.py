@@ -294,6 +294,7 @@ class _Draft:
         """Gains that a hand has set by dragging; one that was moved by its own slider since stays."""
         for name in [name for name in self.changed if name in (*_OF_THE_MOMENT, "responsiveness")]:
             place = self.changed.index(name)
+            moved: Mapping[str, float | str]
             if name == "responsiveness":
                 moved = self._on_the_path()
             else:

@@ -12,6 +12,7 @@ from tracker_core.design import MANUAL
 from tracker_core.experiment import PARAMETERS
 from tracker_core.fields import FIELDS
 from tracker_core.noise import NOISES
+from tracker_core.optimal import distance_from_optimal
 from tracker_core.region import PLANES, nearest_stable
 from tracker_core.types import GAIN_NAMES, STATE_NAMES
 
@@ -42,6 +43,7 @@ def common_report(result: Result, settings: Settings, *, live: bool) -> dict[str
         "texts": {
             "status": status,
             "formula": formula_text(experiment),
+            "distance": distance_text(result),
             "description": f"{result.scenario.description} {result.scenario.source}.",
             "slice": slice_text(result.gains, settings.view.plane),
             "at-text": f"{cursor + 1:,} of {experiment.samples:,}, {significant(float(result.truth.times[cursor]))} s",
@@ -82,6 +84,16 @@ def way_back(gains: Gains) -> dict[str, Any]:
         "text": f"Take the nearest stable gains: {said}",
         "controls": {"design": MANUAL, **dict(zip(names, nearest.values, strict=True))},
     }
+
+
+def distance_text(result: Result) -> str:
+    """How far the gains are from the best ones, for under the smooth-responsive knob."""
+    if not result.verdict.stable:
+        return ""
+    distance = distance_from_optimal(result.gains)
+    if distance.percent < 0.01:
+        return "optimal"
+    return f"{significant(distance.percent, 3)} % more error variance than optimal"
 
 
 def formula_text(experiment: Experiment) -> str:

@@ -24,7 +24,7 @@ FREQUENCIES = 240
 LOWEST = 1e-3
 """Lowest frequency drawn, cycles per sample."""
 
-DECIBELS = (-60.0, 20.0)
+DECIBELS = (-45.0, 15.0)
 
 
 def span(gains: Gains) -> int:
@@ -44,7 +44,7 @@ def time_figure(shown: Shown) -> Figure:
     gains, degree, interval = shown.result.gains, INPUTS.index(shown.view.input), shown.settings.experiment.interval
     samples, t = span(gains), tokens(shown.theme)
     response = time_response(gains, degree, samples)
-    times = np.arange(samples) * interval
+    times: FloatArray = np.arange(samples, dtype=np.float64) * interval
     high = max(1.0, float(response.input[-1]))
     upper = (-0.1, 1.8) if degree == 0 else (-0.05 * high, 1.1 * high)
     errors = {"predicted": response.input - response.predicted, "smoothed": response.input - response.smoothed}
@@ -136,7 +136,7 @@ def frequency_figure(shown: Shown) -> Figure:
             margin={"l": 56, "r": 12, "t": 30, "b": 40},
             legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
             xaxis={"type": "log", "range": ends, "dtick": 1, "showticklabels": False, "anchor": "y"},
-            yaxis={"title": {"text": "magnitude (dB)"}, "range": list(DECIBELS), "dtick": 20, "domain": [0.42, 1]},
+            yaxis={"title": {"text": "magnitude (dB)"}, "range": list(DECIBELS), "dtick": 15, "domain": [0.42, 1]},
             xaxis2={
                 **_axis(shown), "type": "log", "range": ends, "title": {"text": "frequency (Hz)"}, "anchor": "y2",
                 "dtick": 1, "tickformat": "~g",

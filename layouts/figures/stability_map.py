@@ -213,8 +213,8 @@ def _coincide(one: FloatArray, other: FloatArray) -> bool:
     (one, other) = (curve[np.argsort(curve[:, 0])] for curve in (one, other))
     low, high = max(one[0, 0], other[0, 0]), min(one[-1, 0], other[-1, 0])
     x = np.linspace(low, high, 40)[1:-1]
-    gap = np.interp(x, *one.T) - np.interp(x, *other.T)
-    return bool(np.abs(gap).max() < 2e-3 * max(1e-12, float(np.abs(other[:, 1]).max())))
+    first, second = np.interp(x, *one.T), np.interp(x, *other.T)
+    return bool(np.abs(first - second).max() < 4e-3 * float(np.abs(second).max()))
 
 
 def _grid(shown: Shown, ranges: list[list[float]]) -> tuple[FloatArray, dict[str, float]]:

@@ -40,7 +40,6 @@ def layout(**query: str) -> Component:
             metrics_card("stability", CARDS, MERITS),
             *_plots(),
             _tests_card(),
-            plot_card("stability-path", "Path", "The path of the target: true, observed, predicted and smoothed."),
             scene_card(
                 "stability",
                 "The region of order 3",
@@ -49,6 +48,7 @@ def layout(**query: str) -> Component:
                 "its slice through the present gains.",
                 [html.Span(id="stability-space", className="hint")],
             ),
+            plot_card("stability-path", "Path", "The path of the target: true, observed, predicted and smoothed."),
             _numbers_card(),
             html.Div(id="stability-live", className="visually-hidden", role="status"),
         ],

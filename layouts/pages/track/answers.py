@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from layouts.desk import Desk, Plot
 from layouts.figures import error, track
 from layouts.filter_card import SLIDERS
@@ -18,12 +20,22 @@ def report(shown: Shown) -> dict[str, Any]:
 
 
 def picture(shown: Shown) -> TrackPicture:
-    """The run for the scene, deviations from the truth exaggerated as the view asks."""
+    """The run for the scene, deviations from the truth exaggerated as the view asks.
+
+    What leaves the surroundings of truth and measurements is not drawn: a diverging filter would cross the whole scene.
+    """
     times, series = shown.result.truth.times, track.positions(shown.result, shown.view)
+    still = np.concatenate((series["truth"], series["observed"]))
+    low, high = np.nanmin(still, axis=0), np.nanmax(still, axis=0)
+    reach = 0.5 * float((high - low).max())
+    inside = {
+        name: np.where(((values >= low - reach) & (values <= high + reach)).all(axis=1)[:, None], values, np.nan)
+        for name, values in series.items()
+    }
     return TrackPicture(
         key=track.path_key(shown),
         times=times,
-        **series,
+        **inside,
         cursor=shown.view.cursor(len(times)),
         trail=True,
         names=shown.result.scenario.axes,
