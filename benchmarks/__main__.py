@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from playwright.sync_api import sync_playwright
 
+from benchmarks import scenes
 from benchmarks.delay import Delay
 from benchmarks.drag import Drag, drag
 from benchmarks.serving import launch, server, settle
@@ -63,6 +64,15 @@ def measure_server() -> None:
     row("answer to the callback: core, five patches", *timed(lambda: answer(request | {"want": list(PLOTS)})))
 
 
+def measure_scenes() -> None:
+    """From a picture that is shown to the frame that a browser has, through the proxy."""
+    print(f"\n{'scene updated to frame received, 25 moves a second each':<58} {'median':>8} {'p95':>8}   ms")
+    for sessions, bound in ((10, ""), (40, "at most 10 median")):
+        outcome = scenes.measure(sessions)
+        name = f"{sessions} scenes: {outcome.frames:,} frames for {len(outcome.delays):,} moves"
+        row(name, *np.percentile(outcome.delays, [50, 95]), bound)
+
+
 def measure_browser() -> None:
     """The drag, in Chromium."""
     print(f"\n{'slider to drawn plot, 240 mouse moves':<58} {'median':>8} {'p95':>8}   ms")
@@ -94,6 +104,7 @@ def main() -> None:
     packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "dash", "plotly"))
     print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, {packages}")
     measure_server()
+    measure_scenes()
     measure_browser()
 
 

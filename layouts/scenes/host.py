@@ -56,6 +56,7 @@ class Scenes:
         self._server: viser.ViserServer | None = None
         self._pictures: OrderedDict[str, tuple[float, Drawing]] = OrderedDict()
         self._sessions: dict[str, Session] = {}
+        self._waiting: set[Session] = set()
         self._asleep: OrderedDict[str, None] = OrderedDict()
 
     def attach(self, server: FastAPI) -> None:
@@ -164,9 +165,21 @@ class Scenes:
 
     def _ask_to_draw(self, session: Session) -> None:
         server = self._server
-        if server is not None and session.client is not None:
+        if server is None or session.client is None:
+            return
+        with self._lock:
+            # Waking viser's thread costs more than a drawing: those that wait for it are drawn together.
+            asked = bool(self._waiting)
+            self._waiting.add(session)
+        if not asked:
             with contextlib.suppress(RuntimeError):  # viser was stopped meanwhile
-                server.get_event_loop().call_soon_threadsafe(self._draw, session)
+                server.get_event_loop().call_soon_threadsafe(self._draw_waiting)
+
+    def _draw_waiting(self) -> None:
+        with self._lock:
+            waiting, self._waiting = self._waiting, set()
+        for session in waiting:
+            self._draw(session)
 
     def _draw(self, session: Session) -> None:
         with self._lock:

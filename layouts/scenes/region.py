@@ -5,10 +5,23 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from layouts.scenes.pictures import Drawing, RegionPicture
-from layouts.scenes.stage import Axis, Box, add_box, add_line, light, look, place, rgb
+from layouts.scenes.stage import (
+    Axis,
+    Box,
+    Points,
+    Segments,
+    add_box,
+    add_line,
+    add_pin,
+    light,
+    look,
+    mixed,
+    pin,
+    place,
+    rgb,
+)
 from layouts.theme import tokens
 from tracker_core.types import FloatArray, IntArray
 
@@ -16,7 +29,10 @@ if TYPE_CHECKING:
     import viser
 
 BOX: Box = (Axis("α", 0, 2, 1.0), Axis("β", 0, 4, 1.0), Axis("γ", 0, 8, 1.0))
-EYE, AT = (1.55, -2.6, 1.25), (-0.05, 0.0, -0.05)
+EYE, AT = (1.35, -2.45, 1.15), (-0.02, 0.0, -0.08)
+
+RADIUS = 0.022
+"""Of the operating point in the scene."""
 
 REACH = 0.1
 """Gains outside the box are drawn at its border, so far outside as a fraction of its size."""
@@ -51,20 +67,19 @@ class RegionScene:
         add_box(scene, BOX, picture.theme)
         vertices, faces = region_surface(40, 40)
         scene.add_mesh_simple(
-            "/region", place(BOX, vertices), faces.astype(np.uint32), color=rgb(t["region-line"]), opacity=0.22,
+            "/region", place(BOX, vertices), faces.astype(np.uint32), color=rgb(t["region-line"]), opacity=0.2,
             side="double", cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
-        self.drop = add_line(scene, "/gains/drop", _drop(picture), rgb(t["ink-soft"]), 1.25)
-        self.point = scene.add_icosphere(
-            "/gains/point", 0.024, _colour(picture), position=_point(picture), cast_shadow=False, receive_shadow=False
-        )
+        line, ground = rgb(t["region-line"]), rgb(t["surface"])
+        add_line(scene, "/region/edges", _edges(), mixed(line, ground, 0.7), 1.5)
+        add_line(scene, "/region/rulings", _rulings(), mixed(line, ground, 0.35), 1)
+        self.point = add_pin(scene, "/gains", _pin(picture), _colour(picture), rods=3)
 
     def update(self, picture: Drawing) -> bool:
         """Move the operating point; False when the picture needs another scene."""
         if not isinstance(picture, RegionPicture) or picture.theme != self.picture.theme:
             return False
-        self.point.position = _point(picture)
-        self.drop.points = _drop(picture)
+        self.point.vertices = _pin(picture)
         if picture.stable != self.picture.stable:
             self.point.color = _colour(picture)
         self.picture = picture
@@ -80,15 +95,27 @@ def _colour(picture: RegionPicture) -> tuple[int, int, int]:
     return rgb(tokens(picture.theme)["good" if picture.stable else "bad"])
 
 
-def _point(picture: RegionPicture) -> npt.NDArray[np.float32]:
-    low, high = (np.array([getattr(axis, end) for axis in BOX]) for end in ("low", "high"))
-    reach = REACH * (high - low)
-    return place(BOX, np.clip(np.array([picture.gains]), low - reach, high + reach))[0]
+def _edges() -> Segments:
+    """The edges of the region, all straight."""
+    corners = np.array([(0, 0, 0), (2, 0, 0), (0, 4, 0), (2, 0, 8)], dtype=np.float64)
+    edges = corners[[(0, 1), (0, 2), (1, 2), (1, 3), (2, 3)]]
+    return place(BOX, edges.reshape(-1, 3)).reshape(-1, 2, 3)
 
 
-def _drop(picture: RegionPicture) -> npt.NDArray[np.float32]:
-    """From the point down to the floor, and along the floor to both axes."""
-    point = _point(picture)
-    x, y, floor = (-axis.size / 2 for axis in BOX)
-    foot = np.array([point[0], point[1], floor], dtype=np.float32)
-    return np.array([(point, foot), (foot, (x, foot[1], floor)), (foot, (foot[0], y, floor))], dtype=np.float32)
+def _rulings() -> Segments:
+    """Some of the straight lines that make up the curved upper face."""
+    alpha = np.array([0.5, 1, 1.5])
+    ends = np.stack((alpha, 0 * alpha, 0 * alpha, alpha, 4 - 2 * alpha, 4 * alpha), axis=1)
+    return place(BOX, ends.reshape(-1, 3)).reshape(-1, 2, 3)
+
+
+def _pin(picture: RegionPicture) -> Points:
+    """The operating point, with rods down to the floor and along the floor to both axes."""
+    # Plain numbers: this is done for every move of every browser, and small arrays cost more.
+    x, y, z = (
+        axis.place_one(min(max(gain, axis.low - REACH * axis.high), axis.high + REACH * axis.high))
+        for axis, gain in zip(BOX, picture.gains, strict=True)
+    )
+    left, front, floor = (-axis.size / 2 for axis in BOX)
+    foot = (x, y, floor)
+    return pin((x, y, z), RADIUS, ((x, y, z), foot), (foot, (left, y, floor)), (foot, (x, front, floor)))

@@ -15,7 +15,21 @@ from tracker_core.types import FloatArray
 if TYPE_CHECKING:
     import viser
 
+FIELD = 0.6
+"""Vertical field of view, rad."""
+
+ASPECT = 1.35
+"""Width of a view through its height for which the cameras are placed."""
+
+ROD = 0.0012
+"""Half the thickness of a rod in the scene."""
+
 Colour = tuple[int, int, int]
+Place = tuple[float, float, float]
+Points = npt.NDArray[np.float32]
+"""Coordinates of the scene, shape (n, 3)."""
+Segments = npt.NDArray[np.float32]
+"""Coordinates of the scene, shape (n, 2, 3): both ends of straight lines."""
 
 TICK = 0.012
 """Length of a tick in the scene."""
@@ -40,15 +54,24 @@ class Axis:
 
     def place(self, values: FloatArray) -> FloatArray:
         """Data to coordinates of the scene, the middle of the axis at zero."""
-        centred: FloatArray = np.asarray(values - (self.low + self.high) / 2)
-        return centred * (self.size / (self.high - self.low))
+        shift, scale = self._scale()
+        placed: FloatArray = np.multiply(values - shift, scale)
+        return placed
 
-    def ticks(self, count: int = 4) -> FloatArray:
+    def place_one(self, value: float) -> float:
+        """The same for one number."""
+        shift, scale = self._scale()
+        return (value - shift) * scale
+
+    def _scale(self) -> tuple[float, float]:
+        return (self.low + self.high) / 2, self.size / (self.high - self.low)
+
+    def ticks(self, count: int = 5) -> FloatArray:
         """About so many round numbers within the axis, in the data's unit."""
         low, high = self.low / self.unit, self.high / self.unit
         step = round_step((high - low) / count)
-        numbers = np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)
-        return numbers * step * self.unit
+        first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+        return np.array([number * step * self.unit for number in range(first, last + 1)])
 
     def text(self, tick: float) -> str:
         """The number at a tick."""
@@ -64,17 +87,23 @@ def round_step(step: float) -> float:
     return next((factor * power for factor in (1, 2, 5) if factor * power >= step * (1 - 1e-9)), 10 * power)
 
 
+def mixed(colour: Colour, ground: Colour, part: float) -> Colour:
+    """A colour laid thinly on a ground: that much of it."""
+    red, green, blue = (round(part * a + (1 - part) * b) for a, b in zip(colour, ground, strict=True))
+    return red, green, blue
+
+
 def rgb(colour: str) -> Colour:
     """A token such as #0072b2 as three numbers of 0 to 255."""
     return (int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16))
 
 
-def place(box: Box, points: FloatArray) -> npt.NDArray[np.float32]:
+def place(box: Box, points: FloatArray) -> Points:
     """Data of shape (n, 3) to coordinates of the scene."""
     return np.stack([axis.place(points[:, i]) for i, axis in enumerate(box)], axis=1).astype(np.float32)
 
 
-def joined(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+def joined(points: Points) -> Segments:
     """A line through points as segments, shape (at least 1, 2, 3); broken where a point is not finite."""
     finite = np.asarray(np.isfinite(points).all(axis=1))
     whole = finite[:-1] & finite[1:]
@@ -84,7 +113,7 @@ def joined(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
 
 
 def add_line(
-    scene: viser.SceneApi, name: str, segments: npt.NDArray[np.float32], colour: Colour, width: float
+    scene: viser.SceneApi, name: str, segments: Segments, colour: Colour, width: float
 ) -> viser.LineSegmentsHandle:
     """Segments of one colour, `width` pixels wide."""
     return scene.add_line_segments(
@@ -92,11 +121,47 @@ def add_line(
     )
 
 
+def pin(where: Place, radius: float, *rods: tuple[Place, Place]) -> Points:
+    """The vertices of a ball with rods, each from one place to another; all at one point where one is not finite."""
+    # Each end of a rod is a small triangle, so that it shows from every side.
+    ends = [(np.array(rod)[:, None, :] + ROD * _TRIANGLE).reshape(-1, 3) for rod in rods]
+    vertices = np.concatenate((np.array(where) + radius * _BALL[0], *ends)).astype(np.float32)
+    return vertices if np.isfinite(vertices).all() else np.zeros_like(vertices)
+
+
+def add_pin(scene: viser.SceneApi, name: str, vertices: Points, colour: Colour, rods: int = 0) -> viser.MeshHandle:
+    """A ball with rods whose vertices can be assigned: one message moves all of it, and no node has to."""
+    triangles = [_BALL[1], *(len(_BALL[0]) + 6 * rod + _SIDES for rod in range(rods))]
+    return scene.add_mesh_simple(
+        name, vertices, np.concatenate(triangles), color=colour, side="double", cast_shadow=False, receive_shadow=False
+    )
+
+
+def _unit_ball(rows: int = 9, columns: int = 16) -> tuple[FloatArray, npt.NDArray[np.uint32]]:
+    """Vertices on circles of latitude, and the triangles between them, outside to the front."""
+    latitude, longitude = np.meshgrid(
+        np.linspace(0, np.pi, rows), np.linspace(0, 2 * np.pi, columns, endpoint=False), indexing="ij"
+    )
+    circle = np.sin(latitude)
+    vertices = np.stack((circle * np.cos(longitude), circle * np.sin(longitude), np.cos(latitude)), axis=-1)
+    here = np.arange((rows - 1) * columns)
+    right = here - here % columns + (here + 1) % columns
+    faces = np.concatenate(
+        (np.stack((here, here + columns, right), axis=1), np.stack((right, here + columns, right + columns), axis=1))
+    )
+    return vertices.reshape(-1, 3), faces.astype(np.uint32)
+
+
+_BALL = _unit_ball()
+_TRIANGLE = np.array([(1, -1, -1), (-1, 1, -1), (-1, -1, 1)], dtype=np.float64)
+_SIDES = np.array([(0, 1, 3), (1, 4, 3), (1, 2, 4), (2, 5, 4), (2, 0, 5), (0, 3, 5)], dtype=np.uint32)
+
+
 def add_label(
     scene: viser.SceneApi, name: str, text: str, where: tuple[float, float, float], size: float = 0.8
 ) -> None:
     """A text that always faces the viewer."""
-    scene.add_label(name, text, position=where, font_screen_scale=size, anchor="center-center", depth_test=False)
+    scene.add_label(name, text, position=where, font_screen_scale=size, anchor="center-center", depth_test=True)
 
 
 def add_box(scene: viser.SceneApi, box: Box, theme: str, *, flat: bool = False) -> None:
@@ -110,25 +175,26 @@ def add_box(scene: viser.SceneApi, box: Box, theme: str, *, flat: bool = False) 
     """
     t = tokens(theme)
     x, y, z = (axis.size / 2 for axis in box)
-    ticks = [[(axis.text(tick), float(axis.place(tick))) for tick in axis.ticks()] for axis in box]
+    ticks = [[(axis.text(tick), axis.place_one(tick)) for tick in axis.ticks()] for axis in box]
     grid = [((p, -y, -z), (p, y, -z)) for _, p in ticks[0]] + [((-x, p, -z), (x, p, -z)) for _, p in ticks[1]]
     axes = [((-x, -y, -z), (x, -y, -z)), ((-x, -y, -z), (-x, y, -z))]
     axes += [((p, -y, -z), (p, -y - TICK, -z)) for _, p in ticks[0]]
     axes += [((-x, p, -z), (-x - TICK, p, -z)) for _, p in ticks[1]]
     labels = [(text, (p, -y - 4 * TICK, -z)) for text, p in ticks[0]]
     labels += [(text, (-x - 4 * TICK, p, -z)) for text, p in ticks[1]]
-    titles = [(box[0].title, (0, -y - 10 * TICK, -z)), (box[1].title, (-x - 10 * TICK, 0, -z))]
+    titles = [(box[0].title, (0.0, -y - 11 * TICK, -z)), (box[1].title, (-x - 11 * TICK, 0.0, -z))]
     if not flat:
         grid += [part for _, p in ticks[2] for part in (((-x, y, p), (x, y, p)), ((-x, -y, p), (-x, y, p)))]
         axes += [((-x, y, -z), (-x, y, z)), *(((-x, y, p), (-x - TICK, y, p)) for _, p in ticks[2])]
-        labels += [(text, (-x - 4 * TICK, y, p)) for text, p in ticks[2]]
+        # The number at the floor would stand on that of the second axis.
+        labels += [(text, (-x - 4 * TICK, y, p)) for text, p in ticks[2] if p > TICK - z]
         titles.append((box[2].title, (-x, y, z + 6 * TICK)))
-    add_line(scene, "/box/grid", np.array(grid, dtype=np.float32), rgb(t["grid"]), 1)
-    add_line(scene, "/box/axes", np.array(axes, dtype=np.float32), rgb(t["control"]), 1.25)
+    add_line(scene, "/box/grid", np.array(grid, dtype=np.float32), rgb(t["line"]), 1)
+    add_line(scene, "/box/axes", np.array(axes, dtype=np.float32), rgb(t["control"]), 1.5)
     for i, (text, where) in enumerate(labels):
         add_label(scene, f"/box/number/{i}", text, where)
     for i, (text, where) in enumerate(titles):
-        add_label(scene, f"/box/title/{i}", text, where, 1)
+        add_label(scene, f"/box/title/{i}", text, where, 1.25)
 
 
 def light(client: viser.ClientHandle, theme: str) -> None:
@@ -137,11 +203,12 @@ def light(client: viser.ClientHandle, theme: str) -> None:
     client.scene.configure_default_lights(enabled=True, cast_shadow=False)
 
 
-def look(client: viser.ClientHandle, eye: tuple[float, float, float], at: tuple[float, float, float]) -> None:
-    """Put the camera somewhere, the third axis upwards."""
+def look(client: viser.ClientHandle, eye: Place, at: Place) -> None:
+    """Put the camera somewhere, the third axis upwards; further away where the view is narrow."""
+    away = max(1.0, ASPECT / client.camera.aspect) if client.camera.image_height else 1.0
     client.camera.up_direction = (0.0, 0.0, 1.0)
-    client.camera.position = eye
+    client.camera.position = np.array(at) + away * (np.array(eye) - np.array(at))
     client.camera.look_at = at
-    client.camera.fov = 0.6
+    client.camera.fov = FIELD
     client.camera.min_orbit_distance = 0.2
     client.camera.max_orbit_distance = 12.0

@@ -5,10 +5,25 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from layouts.scenes.pictures import Drawing, TrackDrawing
-from layouts.scenes.stage import Axis, Box, add_box, add_line, joined, light, look, place, rgb
+from layouts.scenes.stage import (
+    Axis,
+    Box,
+    Place,
+    Points,
+    Segments,
+    add_box,
+    add_line,
+    add_pin,
+    joined,
+    light,
+    look,
+    mixed,
+    pin,
+    place,
+    rgb,
+)
 from layouts.theme import LINES, tokens
 from tracker_core.types import FloatArray
 
@@ -21,12 +36,18 @@ HEIGHT = 0.7
 FLAT = 0.35
 """A third position axis that would be lower than this on the scale of the others is drawn so high."""
 
+DRAWN_MARKERS = 600
+"""Of more measurements every n-th is marked."""
+
+RADII = {"observed": 0.008, "smoothed": 0.014}
+"""Of the balls at the cursor."""
+
 MARGIN = 0.04
 KILOMETRES = 5_000
 FAR = 3.0
 """Beyond so many boxes nothing is drawn, so that a diverging run cannot spoil the picture."""
 
-EYES = {1: (0.0, -1.1, 2.6), 2: (1.45, -2.5, 1.35), 3: (1.45, -2.5, 1.35)}
+EYES = {1: (0.0, -0.5, 2.1), 2: (1.0, -1.95, 1.05), 3: (1.0, -1.95, 1.05)}
 
 
 def box_of(drawing: TrackDrawing) -> Box:
@@ -62,7 +83,7 @@ def _metres(name: str, low: float, high: float, size: float, span: float) -> Axi
     return Axis(f"{name} ({word})", low, high, size, unit)
 
 
-def points_of(box: Box, times: FloatArray, positions: FloatArray) -> npt.NDArray[np.float32]:
+def points_of(box: Box, times: FloatArray, positions: FloatArray) -> Points:
     """Positions of shape (n, n_axes) in the scene, shape (n, 3); NaN where they are far outside."""
     axes = positions.shape[1]
     if axes == 1:
@@ -93,11 +114,12 @@ class TrackScene:
         if axes > 1:
             shadow = truth.copy()
             shadow[:, 2] = -self.box[2].size / 2
-            add_line(scene, "/shadow", joined(shadow), rgb(t["line"]), 1.25)
+            add_line(scene, "/shadow", joined(shadow), mixed(rgb(t["truth"]), rgb(t["surface"]), 0.3), 1.5)
         observed = self._points("observed")
         observed = observed[np.isfinite(observed).all(axis=1)]
+        observed = observed[:: max(1, -(-len(observed) // DRAWN_MARKERS))]
         scene.add_point_cloud(
-            "/observed", observed, np.array(rgb(t["observed"]), dtype=np.uint8), point_size=0.006,
+            "/observed", observed, np.array(rgb(t["observed"]), dtype=np.uint8), point_size=0.0035,
             point_shape="circle", point_shading="flat", precision="float32",
         )  # fmt: skip
         self.lines = {
@@ -105,12 +127,8 @@ class TrackScene:
             for name in ("predicted", "smoothed")
         }
         self.trail = add_line(scene, "/cursor/trail", self._trail(), rgb(t["marker"]), 4)
-        self.drop = add_line(scene, "/cursor/drop", self._drop(), rgb(t["ink-soft"]), 1.25)
-        self.balls = {
-            name: scene.add_icosphere(f"/cursor/{name}", size, rgb(t[colour]), cast_shadow=False, receive_shadow=False)
-            for name, size, colour in (("observed", 0.011, "observed"), ("smoothed", 0.018, "marker"))
-        }
-        self._move_balls()
+        self.measured = add_pin(scene, "/cursor/observed", self._measured(), rgb(t["observed"]))
+        self.cursor = add_pin(scene, "/cursor/smoothed", self._cursor(), rgb(t["marker"]), rods=1)
 
     def update(self, drawing: Drawing) -> bool:
         """Change the lines that are others than before, and move the cursor; False when it needs another scene."""
@@ -122,32 +140,30 @@ class TrackScene:
             if not drawing.same_line(before, name):
                 handle.points = joined(self._points(name))
         self.trail.points = self._trail()
-        self.drop.points = self._drop()
-        self._move_balls()
+        self.measured.vertices = self._measured()
+        self.cursor.vertices = self._cursor()
         return True
 
     def look(self, client: viser.ClientHandle) -> None:
         """Put the camera where the track shows well."""
-        look(client, EYES[len(self.drawing.names)], (0.0, 0.0, -0.05))
+        look(client, EYES[len(self.drawing.names)], (0.0, 0.0, -0.04))
 
-    def _points(self, name: str) -> npt.NDArray[np.float32]:
+    def _points(self, name: str) -> Points:
         return points_of(self.box, self.drawing.times, self.drawing.series[name])
 
-    def _here(self, name: str) -> npt.NDArray[np.float32]:
-        return points_of(self.box, np.array([self.drawing.cursor_time]), self.drawing.cursor[name][None])[0]
+    def _here(self, name: str) -> Place:
+        """Where the cursor is on a series."""
+        time = np.array([self.drawing.cursor_time])
+        x, y, z = points_of(self.box, time, self.drawing.cursor[name][None])[0].tolist()
+        return x, y, z
 
-    def _trail(self) -> npt.NDArray[np.float32]:
+    def _measured(self) -> Points:
+        return pin(self._here("observed"), RADII["observed"])
+
+    def _cursor(self) -> Points:
+        """The smoothed position, with a rod down to the floor."""
+        x, y, z = self._here("smoothed")
+        return pin((x, y, z), RADII["smoothed"], ((x, y, z), (x, y, -self.box[2].size / 2)))
+
+    def _trail(self) -> Segments:
         return joined(points_of(self.box, self.drawing.trail_times, self.drawing.trail))
-
-    def _drop(self) -> npt.NDArray[np.float32]:
-        """From the cursor down to the floor."""
-        here = self._here("smoothed")
-        foot = np.array([here[0], here[1], -self.box[2].size / 2], dtype=np.float32)
-        return joined(np.stack((here, foot)))
-
-    def _move_balls(self) -> None:
-        for name, ball in self.balls.items():
-            here = self._here(name)
-            ball.visible = bool(np.isfinite(here).all())
-            if ball.visible:
-                ball.position = here
