@@ -73,6 +73,11 @@ class View:
         self.kinds: list[list[str]] = []
         self.sizes: list[int] = []
 
+    @property
+    def said(self) -> set[str]:
+        """Types of all messages that came."""
+        return {kind for kinds in self.kinds for kind in kinds}
+
     def take(self, frame: bytes) -> None:
         """Do what a frame says."""
         got = decoded(frame)

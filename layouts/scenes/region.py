@@ -10,15 +10,14 @@ from layouts.scenes.pictures import Drawing, RegionPicture
 from layouts.scenes.stage import (
     Axis,
     Box,
-    Points,
+    Pin,
+    Place,
     Segments,
     add_box,
     add_line,
-    add_pin,
     light,
     look,
     mixed,
-    pin,
     place,
     rgb,
 )
@@ -31,8 +30,8 @@ if TYPE_CHECKING:
 BOX: Box = (Axis("α", 0, 2, 1.0), Axis("β", 0, 4, 1.0), Axis("γ", 0, 8, 1.0))
 EYE, AT = (1.35, -2.45, 1.15), (-0.02, 0.0, -0.08)
 
-RADIUS = 0.022
-"""Of the operating point in the scene."""
+POINT = Pin(0.022, (0, 1), (1, 2), (1, 3))
+"""The operating point, with rods down to the floor and along the floor to both axes."""
 
 REACH = 0.1
 """Gains outside the box are drawn at its border, so far outside as a fraction of its size."""
@@ -73,13 +72,13 @@ class RegionScene:
         line, ground = rgb(t["region-line"]), rgb(t["surface"])
         add_line(scene, "/region/edges", _edges(), mixed(line, ground, 0.7), 1.5)
         add_line(scene, "/region/rulings", _rulings(), mixed(line, ground, 0.35), 1)
-        self.point = add_pin(scene, "/gains", _pin(picture), _colour(picture), rods=3)
+        self.point = POINT.add(scene, "/gains", _colour(picture), *_places(picture))
 
     def update(self, picture: Drawing) -> bool:
         """Move the operating point; False when the picture needs another scene."""
         if not isinstance(picture, RegionPicture) or picture.theme != self.picture.theme:
             return False
-        self.point.vertices = _pin(picture)
+        self.point.vertices = POINT.vertices(*_places(picture))
         if picture.stable != self.picture.stable:
             self.point.color = _colour(picture)
         self.picture = picture
@@ -109,13 +108,12 @@ def _rulings() -> Segments:
     return place(BOX, ends.reshape(-1, 3)).reshape(-1, 2, 3)
 
 
-def _pin(picture: RegionPicture) -> Points:
-    """The operating point, with rods down to the floor and along the floor to both axes."""
+def _places(picture: RegionPicture) -> tuple[Place, Place, Place, Place]:
+    """The operating point, the place below it on the floor, and those beside that on the two axes."""
     # Plain numbers: this is done for every move of every browser, and small arrays cost more.
     x, y, z = (
         axis.place_one(min(max(gain, axis.low - REACH * axis.high), axis.high + REACH * axis.high))
         for axis, gain in zip(BOX, picture.gains, strict=True)
     )
     left, front, floor = (-axis.size / 2 for axis in BOX)
-    foot = (x, y, floor)
-    return pin((x, y, z), RADIUS, ((x, y, z), foot), (foot, (left, y, floor)), (foot, (x, front, floor)))
+    return (x, y, z), (x, y, floor), (left, y, floor), (x, front, floor)

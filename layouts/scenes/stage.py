@@ -121,24 +121,38 @@ def add_line(
     )
 
 
-def pin(where: Place, radius: float, *rods: tuple[Place, Place]) -> Points:
-    """The vertices of a ball with rods, each from one place to another; all at one point where one is not finite."""
-    # Each end of a rod is a small triangle, so that it shows from every side.
-    ends = [(np.array(rod)[:, None, :] + ROD * _TRIANGLE).reshape(-1, 3) for rod in rods]
-    vertices = np.concatenate((np.array(where) + radius * _BALL[0], *ends)).astype(np.float32)
-    return vertices if np.isfinite(vertices).all() else np.zeros_like(vertices)
+class Pin:
+    """A ball with rods that start at its middle or elsewhere: one mesh, so that one message moves all of it.
 
+    Args:
+        radius: of the ball.
+        rods: pairs of places, by their index; the ball stands at place 0.
+    """
 
-def add_pin(scene: viser.SceneApi, name: str, vertices: Points, colour: Colour, rods: int = 0) -> viser.MeshHandle:
-    """A ball with rods whose vertices can be assigned: one message moves all of it, and no node has to."""
-    triangles = [_BALL[1], *(len(_BALL[0]) + 6 * rod + _SIDES for rod in range(rods))]
-    return scene.add_mesh_simple(
-        name, vertices, np.concatenate(triangles), color=colour, side="double", cast_shadow=False, receive_shadow=False
-    )
+    def __init__(self, radius: float, *rods: tuple[int, int]) -> None:
+        ball, faces = _unit_ball()
+        # Each end of a rod is a small triangle, so that it shows from every side.
+        self._around = np.concatenate((radius * ball, *(ROD * _TRIANGLE for rod in rods for _ in rod)))
+        self._at = np.array([0] * len(ball) + [place for rod in rods for place in rod for _ in _TRIANGLE])
+        self.faces = np.concatenate((faces, *(len(ball) + 6 * rod + _SIDES for rod in range(len(rods)))))
+
+    def vertices(self, *places: Place) -> Points:
+        """The mesh for the places; shrunk to nothing where one of them is not finite."""
+        where = np.array(places)
+        if not np.isfinite(where).all():
+            return np.zeros_like(self._around, dtype=np.float32)
+        return (where[self._at] + self._around).astype(np.float32)
+
+    def add(self, scene: viser.SceneApi, name: str, colour: Colour, *places: Place) -> viser.MeshHandle:
+        """Add it to a scene; its vertices can be assigned."""
+        return scene.add_mesh_simple(
+            name, self.vertices(*places), self.faces, color=colour, side="double", cast_shadow=False,
+            receive_shadow=False,
+        )  # fmt: skip
 
 
 def _unit_ball(rows: int = 9, columns: int = 16) -> tuple[FloatArray, npt.NDArray[np.uint32]]:
-    """Vertices on circles of latitude, and the triangles between them, outside to the front."""
+    """Vertices on circles of latitude, and the triangles between them."""
     latitude, longitude = np.meshgrid(
         np.linspace(0, np.pi, rows), np.linspace(0, 2 * np.pi, columns, endpoint=False), indexing="ij"
     )
@@ -152,7 +166,6 @@ def _unit_ball(rows: int = 9, columns: int = 16) -> tuple[FloatArray, npt.NDArra
     return vertices.reshape(-1, 3), faces.astype(np.uint32)
 
 
-_BALL = _unit_ball()
 _TRIANGLE = np.array([(1, -1, -1), (-1, 1, -1), (-1, -1, 1)], dtype=np.float64)
 _SIDES = np.array([(0, 1, 3), (1, 4, 3), (1, 2, 4), (2, 5, 4), (2, 0, 5), (0, 3, 5)], dtype=np.uint32)
 
