@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +26,7 @@ ROD = 0.0012
 
 Colour = tuple[int, int, int]
 Place = tuple[float, float, float]
+Anchor = Literal["center-center", "center-left", "center-right"]
 Points = npt.NDArray[np.float32]
 """Coordinates of the scene, shape (n, 3)."""
 Segments = npt.NDArray[np.float32]
@@ -171,10 +172,10 @@ _SIDES = np.array([(0, 1, 3), (1, 4, 3), (1, 2, 4), (2, 5, 4), (2, 0, 5), (0, 3,
 
 
 def add_label(
-    scene: viser.SceneApi, name: str, text: str, where: tuple[float, float, float], size: float = 0.8
+    scene: viser.SceneApi, name: str, text: str, where: Place, size: float = 0.95, anchor: Anchor = "center-center"
 ) -> None:
-    """A text that always faces the viewer."""
-    scene.add_label(name, text, position=where, font_screen_scale=size, anchor="center-center", depth_test=True)
+    """A text that always faces the viewer, the same size at any distance."""
+    scene.add_label(name, text, position=where, font_screen_scale=size, anchor=anchor, depth_test=True)
 
 
 def add_box(scene: viser.SceneApi, box: Box, theme: str, *, flat: bool = False) -> None:
