@@ -85,7 +85,7 @@ def test_the_region_is_drawn_and_the_point_has_the_colour_of_the_verdict(webgl, 
     good, bad = tokens("light")["good"], tokens("light")["bad"]
 
     def seen(colour):
-        return share_of(scene.screenshot(), colour) * 1e4
+        return share_of(page.screenshot(clip=scene.bounding_box()), colour) * 1e4
 
     wait_for(page, lambda: seen(good) > 1)
     assert seen(bad) < 1
@@ -104,7 +104,10 @@ def test_the_track_is_drawn_played_and_scrubbed(webgl, open_page, told, settle):
     visit(page, "#track-scene-card .scene")
     scene = page.locator("#track-scene-card .scene")
     for kind in ("observed", "smoothed"):
-        wait_for(page, lambda kind=kind: share_of(scene.screenshot(), tokens("light")[kind], 60) > 5e-4)
+        wait_for(
+            page,
+            lambda kind=kind: share_of(page.screenshot(clip=scene.bounding_box()), tokens("light")[kind], 60) > 5e-4,
+        )
     page.focus("#track-at-slider")
     page.keyboard.press("Home")
     settle(page)
