@@ -86,6 +86,7 @@ def test_the_region_is_drawn_and_the_point_has_the_colour_of_the_verdict(webgl, 
     good, bad = tokens("light")["good"], tokens("light")["bad"]
 
     def seen(colour):
+        scene.scroll_into_view_if_needed()
         return share_of(page.screenshot(clip=scene.bounding_box()), colour) * 1e4
 
     wait_for(page, lambda: seen(good) > 1)
