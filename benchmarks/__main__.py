@@ -17,13 +17,18 @@ from benchmarks.delay import Delay
 from benchmarks.drag import Drag, drag
 from benchmarks.serving import launch, server, settle
 from layouts.controls import controls_of
+from layouts.desk import Desk, answer, live_answer
 from layouts.live import framed
-from layouts.pages.explore.answers import PLOTS, answer, drawing_keys, live_answer
+from layouts.pages.explore.answers import DESK as EXPLORE
+from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.state import from_query
-from tracker_core import Experiment, run_experiment, run_filter
+from tracker_core import Experiment, Gains, run_experiment, run_filter
 from tracker_core.experiment import observe
+from tracker_core.merits import merits
+from tracker_core.region import nearest_stable
 
 ROUNDS = 400
+UNSTABLE = Gains((0.5, 2.0, 0.9, 0.3))
 
 
 def timed(work: Callable[[], Any]) -> tuple[float, float]:
@@ -46,22 +51,28 @@ def measure_server() -> None:
     """The core and the answers, without a browser."""
     experiment = Experiment.from_dict({"order": 4, "xi": 0.74})
     _, measurements = observe(experiment)
-    settings, _ = from_query({"order": "4", "xi": "0.74"})
-    request = {
-        "seq": 1,
-        "controls": controls_of(settings),
-        "changed": ["xi"],
-        "theme": "light",
-        "drawn": drawing_keys(settings, "light"),
-    }
-    shown = ["explore-path", "explore-close-up", "explore-error"]
+    gains = experiment.gains()
     print(f"\n{'1,000 samples, two axes, order 4':<58} {'median':>8} {'p95':>8}   ms")
-    row("the filter alone", *timed(lambda: run_filter(measurements, experiment.gains())))
+    row("the filter alone", *timed(lambda: run_filter(measurements, gains)))
     row("core: run with metrics and stability", *timed(lambda: run_experiment(experiment)), "at most 1 median")
-    row(
-        "answer to a moving slider: core, lines, bytes", *timed(lambda: framed(*live_answer(request | {"want": shown})))
-    )
-    row("answer to the callback: core, five patches", *timed(lambda: answer(request | {"want": list(PLOTS)})))
+    row("figures of merit of the gains", *timed(lambda: merits(gains, 1.0)))
+    row("nearest stable gains", *timed(lambda: nearest_stable(UNSTABLE)))
+    for desk in (EXPLORE, STABILITY):
+        request = moved(desk)
+        often = [name for name, plot in desk.plots.items() if plot.often]
+        in_turn = [name for name in desk.plots if name not in often]
+        live = {**request, "want": [*often, in_turn[0]]}
+        full = {**request, "want": list(desk.plots)}
+        row(f"{desk.page}: answer to a moving slider", *timed(lambda d=desk, q=live: framed(*live_answer(d, q))))
+        row(f"{desk.page}: answer to the callback, all patches", *timed(lambda d=desk, q=full: answer(d, q)))
+
+
+def moved(desk: Desk) -> dict[str, Any]:
+    """What a page asks after a slider has moved and everything has been drawn."""
+    settings, _ = from_query({"order": "4", "xi": "0.74"})
+    first = {"seq": 1, "controls": controls_of(settings), "changed": [], "theme": "light"}
+    _, rest = answer(desk, first)
+    return {**first, "changed": ["xi"], "drawn": rest["drawn"]}
 
 
 def measure_scenes() -> None:
@@ -78,17 +89,18 @@ def measure_browser() -> None:
     print(f"\n{'slider to drawn plot, 240 mouse moves':<58} {'median':>8} {'p95':>8}   ms")
     with server() as port, sync_playwright() as playwright, Delay(port, 0.08) as line:
         browser = launch(playwright)
-        for name, at, rate, bound in (
-            ("25 moves a second", port, 25, "at most 40 median, 100 p95"),
-            ("25 moves a second, 80 ms of added latency", line.port, 25, "at least 30 drawn, the last one too"),
-            ("60 moves a second", port, 60, ""),
+        for name, at, rate, point, bound in (
+            ("25 moves a second", port, 25, False, "at most 40 median, 100 p95"),
+            ("25 moves a second, 80 ms of added latency", line.port, 25, False, "at least 30 drawn, the last one too"),
+            ("60 moves a second", port, 60, False, ""),
+            ("the point in the map, 25 moves a second", port, 25, True, "at most 100 p95"),
         ):
             context = browser.new_context(viewport={"width": 1440, "height": 900})
             page = context.new_page()
-            page.goto(f"http://127.0.0.1:{at}/")
+            page.goto(f"http://127.0.0.1:{at}/{'?order=2&design=manual&alpha=0.6&beta=0.3' if point else ''}")
             settle(page)
             page.wait_for_timeout(1000)
-            outcome = drag(page, moves=240, rate=rate)
+            outcome = drag(page, moves=240, rate=rate, point=point)
             row(f"{name}: {summary(outcome)}", *np.percentile(outcome.delays, [50, 95]), bound)
             context.close()
         browser.close()

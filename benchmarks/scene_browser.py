@@ -20,7 +20,7 @@ PROTOCOL = Subprotocol(f"viser-v{viser_version}")
 
 def camera(**changed: Any) -> bytes:
     """Where the camera stands, in viser's own words."""
-    stands = {
+    stands: dict[str, Any] = {
         "wxyz": (1.0, 0.0, 0.0, 0.0), "position": (3.0, 3.0, 3.0), "fov": 1.3, "near": 0.01, "far": 1000.0,
         "image_height": 600, "image_width": 800, "look_at": (0.0, 0.0, 0.0), "up_direction": (0.0, 0.0, 1.0),
     }  # fmt: skip
@@ -72,6 +72,11 @@ class View:
         self.nodes: dict[str, dict[str, Any]] = {}
         self.kinds: list[list[str]] = []
         self.sizes: list[int] = []
+
+    @property
+    def said(self) -> set[str]:
+        """Types of all messages that came."""
+        return {kind for kinds in self.kinds for kind in kinds}
 
     def take(self, frame: bytes) -> None:
         """Do what a frame says."""

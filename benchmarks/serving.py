@@ -18,14 +18,14 @@ from playwright.sync_api import Browser, Page, Playwright
 ROOT = Path(__file__).parents[1]
 CHROMIUM_FLAGS = [
     "--no-sandbox",
-    "--disable-gpu",
     "--disable-quic",
     "--no-first-run",
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
 ]
-SETTLED = "() => document.querySelector('#explore')?.dataset.state === 'settled'"
+WEBGL_FLAGS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+SETTLED = "() => document.querySelector('.desk')?.dataset.state === 'settled'"
 
 
 @contextmanager
@@ -57,12 +57,16 @@ def _wait_until_ready(port: int, process: subprocess.Popen[bytes]) -> None:
     raise RuntimeError("the server did not become ready")
 
 
-def launch(playwright: Playwright) -> Browser:
-    """Chromium: the one that GAINSCOPE_CHROMIUM names, else the system's."""
+def launch(playwright: Playwright, *, webgl: bool = False) -> Browser:
+    """Chromium: the one that GAINSCOPE_CHROMIUM names, else the system's.
+
+    With WebGL, without a graphics card, everything that it draws takes several times as long.
+    """
     path = os.environ.get("GAINSCOPE_CHROMIUM") or shutil.which("chromium")
-    return playwright.chromium.launch(executable_path=path, args=CHROMIUM_FLAGS)
+    drawing = WEBGL_FLAGS if webgl else ["--disable-gpu"]
+    return playwright.chromium.launch(executable_path=path, args=[*CHROMIUM_FLAGS, *drawing])
 
 
 def settle(page: Page) -> None:
-    """Wait until the Explore page says that every plot shows the last change."""
+    """Wait until the page says that every plot shows the last change."""
     page.wait_for_function(SETTLED)

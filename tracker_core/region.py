@@ -20,7 +20,7 @@ from tracker_core.types import GAIN_NAMES, ORDERS, FloatArray
 PLANES: dict[int, tuple[tuple[str, str], ...]] = {order: tuple(combinations(GAIN_NAMES[:order], 2)) for order in ORDERS}
 """The planes of two gains per order."""
 
-BOX: dict[int, tuple[float, ...]] = {2: (2.0, 4.0), 3: (2.0, 4.0, 8.0), 4: (2.0, 4.0, 8.0, 16.0)}
+BOX: dict[int, tuple[float, ...]] = {2: (2.0, 4.0), 3: (2.0, 4.0, 8.0), 4: (2.0, 16 / 3, 8.0, 16.0)}
 """Upper end of every gain over the whole region of an order; the lower end is 0."""
 
 RADIUS = 0.99
@@ -268,7 +268,7 @@ def nearest_stable(gains: Gains, radius: float = RADIUS) -> Gains:
     if is_stable(gains) and is_stable(_shrunk(gains, radius)):
         return gains
     order = gains.order
-    powers = radius ** np.arange(1, order + 1)
+    powers = np.power(radius, np.arange(1.0, order + 1))
     base, matrix = _gains_of_coefficients(order)
     reflections = np.array(list(product((-0.9, -0.3, 0.3, 0.9), repeat=order)))
     target = gains.vector

@@ -19,7 +19,7 @@ from tracker_core.region import printed_slice, region_slice
 from tracker_core.responses import lag_coefficient, noise_gain, step_figures
 from tracker_core.types import GAIN_NAMES, FloatArray
 
-GRID = 96
+GRID = 120
 """Points along each axis of a background."""
 
 POINT = 5
@@ -50,7 +50,8 @@ BACKGROUND_TICKS = {
 def stability_map(shown: Shown) -> Figure:
     """The map in the plane that the view asks for, through the other gains of the run."""
     plane, gains = shown.view.plane, shown.result.gains
-    ranges = [axis_range(gains, name) for name in plane]
+    border = region_slice(gains, plane)
+    ranges = [axis_range(gains, name, values) for name, values in zip(plane, border, strict=True)]
     t = tokens(shown.theme)
     background, forbidden = _background(shown, ranges), _forbidden(shown, ranges)
     data = _base(shown, plane)
@@ -183,19 +184,27 @@ def underdamped() -> tuple[FloatArray, FloatArray]:
     return np.concatenate((alpha, alpha[::-1])), np.concatenate((2 - alpha - root, (2 - alpha + root)[::-1]))
 
 
-def axis_range(gains: Gains, name: str) -> list[float]:
-    """What an axis spans: alpha and beta everything, the small gains some times what they are, in round steps."""
+def axis_range(gains: Gains, name: str, border: FloatArray) -> list[float]:
+    """What an axis spans: alpha and beta everything, a small gain its part of the region, in round steps.
+
+    Args:
+        gains: the operating point, which must be seen.
+        name: of the gain along the axis.
+        border: its values along the border of the slice.
+    """
     if name in RANGES:
         return RANGES[name]
-    value = float(gains.vector[GAIN_NAMES.index(name)])
-    high = round_up(min(max(6 * abs(value), 1e-6), 16.0))
+    value = abs(float(gains.vector[GAIN_NAMES.index(name)]))
+    whole = float(border.max(initial=0.0))
+    # Where the region reaches far beyond the point, its near part is shown.
+    high = round_up(max(min(whole, 25 * value) if value else whole, 1.5 * value, 1e-6))
     return [-0.05 * high, 1.05 * high]
 
 
 def round_up(value: float) -> float:
-    """The next of 1, 2, 5, 10, 20 ... and their tenths."""
+    """The next of 1, 1.5, 2, 3, 5, 7, 10, 15 ... and their tenths."""
     power = 10.0 ** floor(log10(value))
-    return next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-9))
+    return next(step * power for step in (1, 1.5, 2, 3, 5, 7, 10) if step * power >= value * (1 - 1e-9))
 
 
 @lru_cache(maxsize=32)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +26,7 @@ ROD = 0.0012
 
 Colour = tuple[int, int, int]
 Place = tuple[float, float, float]
+Anchor = Literal["center-center", "center-left", "center-right"]
 Points = npt.NDArray[np.float32]
 """Coordinates of the scene, shape (n, 3)."""
 Segments = npt.NDArray[np.float32]
@@ -121,24 +122,38 @@ def add_line(
     )
 
 
-def pin(where: Place, radius: float, *rods: tuple[Place, Place]) -> Points:
-    """The vertices of a ball with rods, each from one place to another; all at one point where one is not finite."""
-    # Each end of a rod is a small triangle, so that it shows from every side.
-    ends = [(np.array(rod)[:, None, :] + ROD * _TRIANGLE).reshape(-1, 3) for rod in rods]
-    vertices = np.concatenate((np.array(where) + radius * _BALL[0], *ends)).astype(np.float32)
-    return vertices if np.isfinite(vertices).all() else np.zeros_like(vertices)
+class Pin:
+    """A ball with rods that start at its middle or elsewhere: one mesh, so that one message moves all of it.
 
+    Args:
+        radius: of the ball.
+        rods: pairs of places, by their index; the ball stands at place 0.
+    """
 
-def add_pin(scene: viser.SceneApi, name: str, vertices: Points, colour: Colour, rods: int = 0) -> viser.MeshHandle:
-    """A ball with rods whose vertices can be assigned: one message moves all of it, and no node has to."""
-    triangles = [_BALL[1], *(len(_BALL[0]) + 6 * rod + _SIDES for rod in range(rods))]
-    return scene.add_mesh_simple(
-        name, vertices, np.concatenate(triangles), color=colour, side="double", cast_shadow=False, receive_shadow=False
-    )
+    def __init__(self, radius: float, *rods: tuple[int, int]) -> None:
+        ball, faces = _unit_ball()
+        # Each end of a rod is a small triangle, so that it shows from every side.
+        self._around = np.concatenate((radius * ball, *(ROD * _TRIANGLE for rod in rods for _ in rod)))
+        self._at = np.array([0] * len(ball) + [place for rod in rods for place in rod for _ in _TRIANGLE])
+        self.faces = np.concatenate((faces, *(len(ball) + 6 * rod + _SIDES for rod in range(len(rods)))))
+
+    def vertices(self, *places: Place) -> Points:
+        """The mesh for the places; shrunk to nothing where one of them is not finite."""
+        where = np.array(places)
+        if not np.isfinite(where).all():
+            return np.zeros_like(self._around, dtype=np.float32)
+        return (where[self._at] + self._around).astype(np.float32)
+
+    def add(self, scene: viser.SceneApi, name: str, colour: Colour, *places: Place) -> viser.MeshHandle:
+        """Add it to a scene; its vertices can be assigned."""
+        return scene.add_mesh_simple(
+            name, self.vertices(*places), self.faces, color=colour, side="double", cast_shadow=False,
+            receive_shadow=False,
+        )  # fmt: skip
 
 
 def _unit_ball(rows: int = 9, columns: int = 16) -> tuple[FloatArray, npt.NDArray[np.uint32]]:
-    """Vertices on circles of latitude, and the triangles between them, outside to the front."""
+    """Vertices on circles of latitude, and the triangles between them."""
     latitude, longitude = np.meshgrid(
         np.linspace(0, np.pi, rows), np.linspace(0, 2 * np.pi, columns, endpoint=False), indexing="ij"
     )
@@ -152,16 +167,15 @@ def _unit_ball(rows: int = 9, columns: int = 16) -> tuple[FloatArray, npt.NDArra
     return vertices.reshape(-1, 3), faces.astype(np.uint32)
 
 
-_BALL = _unit_ball()
 _TRIANGLE = np.array([(1, -1, -1), (-1, 1, -1), (-1, -1, 1)], dtype=np.float64)
 _SIDES = np.array([(0, 1, 3), (1, 4, 3), (1, 2, 4), (2, 5, 4), (2, 0, 5), (0, 3, 5)], dtype=np.uint32)
 
 
 def add_label(
-    scene: viser.SceneApi, name: str, text: str, where: tuple[float, float, float], size: float = 0.8
+    scene: viser.SceneApi, name: str, text: str, where: Place, size: float = 0.95, anchor: Anchor = "center-center"
 ) -> None:
-    """A text that always faces the viewer."""
-    scene.add_label(name, text, position=where, font_screen_scale=size, anchor="center-center", depth_test=True)
+    """A text that always faces the viewer, the same size at any distance."""
+    scene.add_label(name, text, position=where, font_screen_scale=size, anchor=anchor, depth_test=True)
 
 
 def add_box(scene: viser.SceneApi, box: Box, theme: str, *, flat: bool = False) -> None:

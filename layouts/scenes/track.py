@@ -10,17 +10,16 @@ from layouts.scenes.pictures import Drawing, TrackDrawing
 from layouts.scenes.stage import (
     Axis,
     Box,
+    Pin,
     Place,
     Points,
     Segments,
     add_box,
     add_line,
-    add_pin,
     joined,
     light,
     look,
     mixed,
-    pin,
     place,
     rgb,
 )
@@ -39,8 +38,8 @@ FLAT = 0.35
 DRAWN_MARKERS = 600
 """Of more measurements every n-th is marked."""
 
-RADII = {"observed": 0.008, "smoothed": 0.014}
-"""Of the balls at the cursor."""
+CURSOR, MEASURED = Pin(0.014, (0, 1)), Pin(0.008)
+"""The smoothed position at the cursor, with a rod down to the floor, and the measured one."""
 
 MARGIN = 0.04
 KILOMETRES = 5_000
@@ -127,8 +126,8 @@ class TrackScene:
             for name in ("predicted", "smoothed")
         }
         self.trail = add_line(scene, "/cursor/trail", self._trail(), rgb(t["marker"]), 4)
-        self.measured = add_pin(scene, "/cursor/observed", self._measured(), rgb(t["observed"]))
-        self.cursor = add_pin(scene, "/cursor/smoothed", self._cursor(), rgb(t["marker"]), rods=1)
+        self.measured = MEASURED.add(scene, "/cursor/observed", rgb(t["observed"]), self._here("observed"))
+        self.cursor = CURSOR.add(scene, "/cursor/smoothed", rgb(t["marker"]), *self._cursor())
 
     def update(self, drawing: Drawing) -> bool:
         """Change the lines that are others than before, and move the cursor; False when it needs another scene."""
@@ -140,8 +139,8 @@ class TrackScene:
             if not drawing.same_line(before, name):
                 handle.points = joined(self._points(name))
         self.trail.points = self._trail()
-        self.measured.vertices = self._measured()
-        self.cursor.vertices = self._cursor()
+        self.measured.vertices = MEASURED.vertices(self._here("observed"))
+        self.cursor.vertices = CURSOR.vertices(*self._cursor())
         return True
 
     def look(self, client: viser.ClientHandle) -> None:
@@ -157,13 +156,10 @@ class TrackScene:
         x, y, z = points_of(self.box, time, self.drawing.cursor[name][None])[0].tolist()
         return x, y, z
 
-    def _measured(self) -> Points:
-        return pin(self._here("observed"), RADII["observed"])
-
-    def _cursor(self) -> Points:
-        """The smoothed position, with a rod down to the floor."""
+    def _cursor(self) -> tuple[Place, Place]:
+        """The smoothed position, and the place below it on the floor."""
         x, y, z = self._here("smoothed")
-        return pin((x, y, z), RADII["smoothed"], ((x, y, z), (x, y, -self.box[2].size / 2)))
+        return (x, y, z), (x, y, -self.box[2].size / 2)
 
     def _trail(self) -> Segments:
         return joined(points_of(self.box, self.drawing.trail_times, self.drawing.trail))

@@ -23,12 +23,30 @@ def port() -> Iterator[int]:
 
 
 @pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    """Chromium, as the set-up found it."""
+def chromium() -> Iterator[Callable[..., Browser]]:
+    """Starts Chromium, as the set-up found it."""
     with sync_playwright() as playwright:
-        chromium = launch(playwright)
-        yield chromium
-        chromium.close()
+        started = []
+
+        def start(*, webgl: bool = False) -> Browser:
+            started.append(launch(playwright, webgl=webgl))
+            return started[-1]
+
+        yield start
+        for browser in started:
+            browser.close()
+
+
+@pytest.fixture(scope="session")
+def browser(chromium: Callable[..., Browser]) -> Browser:
+    """The browser of most tests: without WebGL."""
+    return chromium()
+
+
+@pytest.fixture(scope="session")
+def webgl(chromium: Callable[..., Browser]) -> Browser:
+    """A browser that draws in three dimensions."""
+    return chromium(webgl=True)
 
 
 @pytest.fixture
@@ -37,9 +55,15 @@ def open_page(browser: Browser, port: int) -> Iterator[Callable[..., Page]]:
     contexts, complaints = [], []
 
     def open_one(
-        query: str = "", *, size: tuple[int, int] = (1440, 1180), theme: Any = "light", at: int = port, **more: Any
+        query: str = "",
+        *,
+        size: tuple[int, int] = (1440, 1180),
+        theme: Any = "light",
+        at: int = port,
+        using: Browser = browser,
+        **more: Any,
     ) -> Page:
-        context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=theme, **more)
+        context = using.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=theme, **more)
         context.set_default_timeout(PATIENCE)
         contexts.append(context)
         page = context.new_page()
@@ -60,7 +84,8 @@ class Plot:
     """What a plot of the page shows."""
 
     def __init__(self, page: Page, name: str) -> None:
-        self.page, self.selector = page, f"#explore-{name} .js-plotly-plot"
+        desk = page.evaluate("() => document.querySelector('.desk').id")
+        self.page, self.selector = page, f"#{desk}-{name} .js-plotly-plot"
 
     def _ask(self, expression: str) -> Any:
         return self.page.evaluate(

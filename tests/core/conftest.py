@@ -70,3 +70,77 @@ def steady_kalman():
         return p[:, 0] / (p[0, 0] + sensor_variance) * interval ** np.arange(order)
 
     return gains
+
+
+@pytest.fixture(scope="session")
+def spectral_radius():
+    """The largest magnitude of an eigenvalue, of one matrix or of many."""
+    return largest_eigenvalue
+
+
+def largest_eigenvalue(matrices):
+    return np.abs(np.linalg.eigvals(matrices)).max(axis=-1)
+
+
+# Boxes that hold the whole stable region of each order and a margin around it.
+BOXES = {
+    2: [(-0.5, 2.5), (-1, 5)],
+    3: [(-0.5, 2.5), (-1, 5), (-1, 9)],
+    4: [(-0.5, 2.5), (-1, 6), (-1, 9), (-1, 17)],
+}
+
+
+def coefficients(roots):
+    """Of the polynomials with the given roots, shape (n, order), without the leading one."""
+    polynomial = np.ones((len(roots), 1), dtype=complex)
+    for root in roots.T:
+        zero = np.zeros((len(roots), 1))
+        polynomial = np.hstack((polynomial, zero)) - root[:, None] * np.hstack((zero, polynomial))
+    return polynomial[:, 1:].real
+
+
+def random_poles(order, count, radius, draw):
+    """Poles uniform in a disc, shape (count, order); a third of the draws have two real ones in place of a pair."""
+    pairs = order // 2
+    upper = radius * np.sqrt(draw.random((count, pairs))) * np.exp(1j * np.pi * draw.random((count, pairs)))
+    roots = np.concatenate((upper, upper.conj()), axis=1)
+    real = draw.random(count) < 1 / 3
+    roots[real, 0], roots[real, pairs] = draw.uniform(-radius, radius, (2, real.sum()))
+    if order == 3:
+        roots = np.concatenate((roots, draw.uniform(-radius, radius, (count, 1))), axis=1)
+    return roots
+
+
+@pytest.fixture(scope="session")
+def gains_with_poles(closed_loop):
+    """The gains that place poles: the characteristic polynomial is affine in the gains, so solve for them."""
+
+    def gains(roots):
+        corners = np.concatenate((np.zeros((1, roots.shape[1])), np.eye(roots.shape[1])))
+        base, *others = coefficients(np.linalg.eigvals(closed_loop(corners)))
+        return (coefficients(roots) - base) @ np.linalg.inv(np.array(others) - base)
+
+    return gains
+
+
+@pytest.fixture(scope="session")
+def random_gains(gains_with_poles):
+    """Gain sets around the border: a quarter uniform in a box, the rest with poles uniform in a disc of radius 1.2."""
+
+    def gains(order, draws, seed):
+        draw = np.random.default_rng(seed)
+        low, high = np.array(BOXES[order]).T
+        boxed = draw.uniform(low, high, (draws // 4, order))
+        return np.concatenate((boxed, gains_with_poles(random_poles(order, draws - len(boxed), 1.2, draw))))
+
+    return gains
+
+
+@pytest.fixture(scope="session")
+def stable_gains(gains_with_poles):
+    """Gain sets whose poles are uniform in a disc within the unit circle."""
+
+    def gains(order, draws, seed, radius=0.95):
+        return gains_with_poles(random_poles(order, draws, radius, np.random.default_rng(seed)))
+
+    return gains

@@ -1,0 +1,157 @@
+"""The scenes in three dimensions in a real browser."""
+
+from __future__ import annotations
+
+import io
+import re
+
+import numpy as np
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from PIL import Image
+from playwright.sync_api import expect
+
+from benchmarks.scene_browser import decoded
+from layouts.theme import tokens
+
+TRACK = "3d?samples=120"
+
+
+@pytest.fixture
+def told():
+    """What viser tells the scene of a page: every message, as it comes."""
+
+    def listen(page):
+        messages = []
+
+        def watch(socket):
+            if "/viser/" in socket.url:
+                socket.on("framereceived", lambda frame: messages.extend(decoded(frame)))
+
+        page.on("websocket", watch)
+        return messages
+
+    return listen
+
+
+def last(messages, name):
+    """The newest position that a node of the scene was given."""
+    found = [m for m in messages if m.get("name") == name and "position" in m]
+    return tuple(np.round(found[-1]["position"], 6)) if found else None
+
+
+def visit(page, place):
+    """Scroll the scene into sight and wait until its client runs."""
+    page.locator(place).scroll_into_view_if_needed()
+    page.wait_for_selector(f"{place} iframe")
+
+
+def wait_for(page, condition):
+    """Wait until something holds on this side."""
+    for _ in range(300):
+        if condition():
+            return
+        page.wait_for_timeout(50)
+    pytest.fail("it did not come")
+
+
+def share_of(shot, colour, tolerance=40):
+    """How much of a picture has a colour of the tokens."""
+    pixels = np.asarray(Image.open(io.BytesIO(shot)).convert("RGB"), dtype=int)
+    wanted = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)])
+    return float((np.abs(pixels - wanted).max(axis=-1) <= tolerance).mean())
+
+
+def test_two_browsers_see_two_operating_points(webgl, open_page, told, settle):
+    pages = [open_page(query, using=webgl) for query in ("stability", "stability?xi=0.3")]
+    heard = [told(page) for page in pages]
+    for page in pages:
+        visit(page, "#stability-scene-card .scene")
+    wait_for(pages[0], lambda: all(last(messages, "/gains/point") for messages in heard))
+    first, second = (last(messages, "/gains/point") for messages in heard)
+    assert first != second
+    # One moves; the other does not.
+    pages[0].fill("#stability-xi", "0.1")
+    pages[0].press("#stability-xi", "Enter")
+    settle(pages[0])
+    wait_for(pages[0], lambda: last(heard[0], "/gains/point") != first)
+    assert last(heard[1], "/gains/point") == second
+
+
+def test_the_region_is_drawn_and_the_point_has_the_colour_of_the_verdict(webgl, open_page, settle):
+    page = open_page("stability?design=manual&order=3&alpha=0.5&beta=0.5&gamma=0.1", using=webgl)
+    visit(page, "#stability-scene-card .scene")
+    scene = page.locator("#stability-scene-card .scene")
+    good, bad = tokens("light")["good"], tokens("light")["bad"]
+
+    def seen(colour):
+        return share_of(page.screenshot(clip=scene.bounding_box()), colour) * 1e4
+
+    wait_for(page, lambda: seen(good) > 1)
+    assert seen(bad) < 1
+    page.fill("#stability-gamma", "5")
+    page.press("#stability-gamma", "Enter")
+    settle(page)
+    wait_for(page, lambda: seen(bad) > 1)
+    assert seen(good) < 1
+
+
+def test_the_track_is_drawn_played_and_scrubbed(webgl, open_page, told, settle):
+    page = open_page(TRACK, using=webgl)
+    messages = told(page)
+    page.reload()
+    settle(page)
+    visit(page, "#track-scene-card .scene")
+    scene = page.locator("#track-scene-card .scene")
+    for kind in ("observed", "smoothed"):
+        wait_for(
+            page,
+            lambda kind=kind: share_of(page.screenshot(clip=scene.bounding_box()), tokens("light")[kind], 60) > 5e-4,
+        )
+    page.focus("#track-at-slider")
+    page.keyboard.press("Home")
+    settle(page)
+    expect(page.locator("#track-at-text")).to_have_text("1 of 120, 0 s")
+    said = len(messages)
+    page.select_option('[data-part="speed"]', "10")
+    page.click('[data-part="play"]')
+    expect(page.locator('[data-part="play"]')).to_have_text("Pause")
+    page.wait_for_function("() => Number(document.querySelector('#track-at-slider').value) > 300")
+    page.click('[data-part="play"]')
+    expect(page.locator('[data-part="play"]')).to_have_text("Play")
+    settle(page)
+    assert len(messages) > said + 10
+    at = int(re.match(r"(\d+) of 120", page.inner_text("#track-at-text"))[1])
+    assert 30 < at < 120
+    assert f"at={at}" in page.url
+
+
+def test_without_webgl_the_page_says_so_and_shows_the_plane(open_page, plot):
+    page = open_page("stability")
+    page.locator("#stability-scene-card").scroll_into_view_if_needed()
+    expect(page.locator('#stability-scene-card [data-part="missing"]')).to_contain_text("no WebGL")
+    assert page.locator("iframe").count() == 0
+    assert len(plot(page, "map").line(0)[0]) > 100
+
+
+def test_a_scene_is_let_go_and_comes_back(webgl, open_page, told):
+    page = open_page("stability", using=webgl)
+    messages = told(page)
+    visit(page, "#stability-scene-card .scene")
+    wait_for(page, lambda: last(messages, "/gains/point"))
+    page.clock.install()
+    page.mouse.move(5, 5)
+    page.clock.fast_forward(11 * 60 * 1000)
+    expect(page.locator('#stability-scene-card [data-part="resume"]')).to_be_visible()
+    assert page.locator("iframe").count() == 0
+    messages.clear()
+    page.click('[data-part="show"]')
+    wait_for(page, lambda: last(messages, "/gains/point"))
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_axe_finds_nothing_serious_and_nothing_scrolls_sideways(open_page, theme):
+    page = open_page(TRACK, theme=theme, size=(390, 844))
+    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+    found = Axe().run(page).response["violations"]
+    assert [(each["id"], each["nodes"][0]["html"]) for each in found if each["impact"] in ("serious", "critical")] == []
