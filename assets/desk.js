@@ -31,7 +31,7 @@
       made.id = id;
       made.dataset.control = control;
       made.setAttribute("aria-label", label);
-      made.setAttribute("aria-describedby", `${page.name}-${control}-error`);
+      if (element(`${control}-error`)) made.setAttribute("aria-describedby", `${page.name}-${control}-error`);
       if (input === "slider") {
         Object.assign(made, { type: "range", min: 0, max: STEPS, step: 1 });
       } else {

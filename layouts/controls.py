@@ -28,7 +28,10 @@ STEADY = "steady-kalman"
 TEXT_LIMIT = 200
 POLES_LIMIT = 400
 SHARE = Domain(0, 1)
-_KEPT = ("exaggerate", "preset")
+_OWN = ("exaggerate", "plane", "background", "input")
+"""What of the view has nothing to do with the target."""
+
+_KEPT = (*_OWN, *LIMIT_FIELDS, "preset")
 """What a preset leaves as it is."""
 
 _OF_THE_MOMENT = ("point", "pole")
@@ -141,7 +144,7 @@ def resolve(controls: Mapping[str, Any], changed: Iterable[str], pin: Mapping[st
         return Resolution(draft.lasting(), None, (*errors, *wrong_limits), draft.note)
     view_values = {name: draft.controls.get(name) for name in VIEW_FIELDS}
     if draft.new_target:
-        view_values = {"exaggerate": view_values["exaggerate"]}
+        view_values = {name: view_values[name] for name in _OWN}
     elif "samples" in draft.changed and "at" not in draft.changed:
         view_values.pop("at")
     view, _ = read_view(view_values, experiment)
@@ -332,9 +335,10 @@ class _Draft:
         return {"design": STEADY, "tracking_index": path_index(share)}
 
     def _hand_over(self) -> None:
-        """A control moved by hand that the design does not read changes the design."""
-        moved = [name for name in PARAMETERS if name in self.changed and name not in self._takes()]
-        for name in moved:
+        """A control moved by hand, since the design was chosen, that the design does not read changes it."""
+        before, note = self.controls.get("design"), ""
+        since = self.changed.index("design") + 1 if "design" in self.changed else 0
+        for name in [name for name in self.changed[since:] if name in PARAMETERS]:
             if name in self._takes():
                 continue
             if name == "xi":
@@ -348,8 +352,9 @@ class _Draft:
                 self.controls["design"] = MANUAL
             else:
                 continue
-            symbol = FIELDS[name].symbol
-            self.notes.append(f"You moved {symbol}: the design is now {design_title(self.controls['design'])}.")
+            note = f"You moved {FIELDS[name].symbol}: the design is now {design_title(self.controls['design'])}."
+        if self.controls.get("design") != before:
+            self.notes.append(note)
 
     def _keep_start(self) -> None:
         start = self.controls.get("start")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import cos, exp, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -76,13 +77,12 @@ def equal_damping() -> tuple[FloatArray, FloatArray]:
 
 
 def _labels(t: dict[str, str]) -> list[dict[str, Any]]:
-    labels = []
+    labels, angle = [], 1.15
     for ratio in DAMPING_RATIOS:
-        angle = 1.15
-        radius = np.exp(-angle * ratio / np.sqrt(1 - ratio**2))
+        radius = exp(-angle * ratio / sqrt(1 - ratio**2))
         labels.append(
             {
-                "x": radius * np.cos(angle), "y": radius * np.sin(angle), "text": f"ζ {ratio}", "showarrow": False,
+                "x": radius * cos(angle), "y": radius * sin(angle), "text": f"ζ {ratio}", "showarrow": False,
                 "font": {"size": 10, "color": t["ink-soft"]},
             }
         )  # fmt: skip

@@ -12,9 +12,10 @@ from layouts.state import INPUTS
 from layouts.theme import layout, line, tokens
 from tracker_core import Gains
 from tracker_core.responses import frequency_response, step_figures, time_response
+from tracker_core.stability import is_stable
 from tracker_core.types import FloatArray
 
-TIME_MOVING = (META, *xy(1, 2, 3, 4))
+TIME_MOVING = (META, *xy(1, 2, 3, 4), ("layout", "yaxis2", "range"))
 FREQUENCY_MOVING = (META, *xy(0, 1, 2, 3))
 
 SPANS = (30, 100, 300, 1_000)
@@ -29,8 +30,10 @@ DECIBELS = (-45.0, 15.0)
 
 def span(gains: Gains) -> int:
     """How many samples of a response are shown: enough to see it settle, in coarse steps."""
-    settling = float(step_figures(gains.vector)[1])
-    wanted = 1.5 * settling if np.isfinite(settling) else 0
+    if not is_stable(gains):
+        return SPANS[0]
+    # Infinite where it takes very long.
+    wanted = 1.5 * float(step_figures(gains.vector)[1])
     return next((samples for samples in SPANS if samples >= wanted), SPANS[-1])
 
 

@@ -88,6 +88,11 @@ def small_map(shown: Shown) -> Figure:
     return _figure(shown, ALPHA_BETA, _base(shown, ALPHA_BETA), [RANGES[name] for name in ALPHA_BETA])
 
 
+def small_key(shown: Shown) -> str:
+    """What the small map shows beside the present gains."""
+    return str(shown.result.gains.order)
+
+
 def _base(shown: Shown, plane: tuple[str, str]) -> list[dict[str, Any]]:
     """Region, damping, printed bounds, places of the two backgrounds, operating point."""
     t, gains, stable = tokens(shown.theme), shown.result.gains, shown.result.verdict.stable
@@ -251,8 +256,9 @@ def _background(shown: Shown, ranges: list[list[float]]) -> dict[str, Any]:
     if not shown.live:
         vectors, cells = _grid(shown, ranges)
         stable = np.isfinite(noise := noise_gain(vectors))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            values = np.log10(noise if kind == "noise" else np.where(stable, np.abs(lag_coefficient(vectors)), np.nan))
+        values = noise if kind == "noise" else np.where(stable, np.abs(lag_coefficient(vectors)), np.nan)
+        # At alpha = 1 nothing lags; that has no logarithm, and is drawn as the least there is.
+        values = np.log10(np.maximum(values, ticks[0] / 10))
         part = {**cells, "z": _rows(values)}
     return {
         "type": "contour", **part, "autocontour": False, "showlegend": False,
@@ -301,6 +307,8 @@ def exceeded(vectors: FloatArray, limits: Limits, interval: float) -> np.ndarray
     noise = noise_gain(vectors)
     stable = np.isfinite(noise)
     bad = np.zeros(stable.shape, dtype=bool)
+    if not stable.any():
+        return bad
     if limits.limit_noise is not None:
         bad[stable] |= noise[stable] > limits.limit_noise
     if limits.limit_lag is not None:

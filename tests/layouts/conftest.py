@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 
 import app
 from layouts.controls import controls_of
-from layouts.state import EXAGGERATIONS, Settings, View
+from layouts.state import BACKGROUNDS, EXAGGERATIONS, INPUTS, LIMIT_FIELDS, Limits, Settings, View
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment
+from tracker_core.region import PLANES
 
 # Repeatable runs: the same examples every time, and no limit on how long the compiler may take on the first.
 settings.register_profile("layouts", derandomize=True, deadline=None, max_examples=100, print_blob=True)
@@ -58,15 +59,19 @@ def experiments(draw):
 
 @st.composite
 def all_settings(draw):
-    """Valid settings: an experiment, a view that fits it, and perhaps a pin."""
+    """Valid settings: an experiment, a view that fits it, and perhaps a pin and limits."""
     experiment = draw(experiments())
     view = View(
         axis=draw(st.integers(0, len(SCENARIOS[experiment.scenario].axes) - 1)),
         quantity=draw(st.integers(0, experiment.order - 1)),
         exaggerate=int(draw(st.sampled_from(EXAGGERATIONS))),
         at=draw(st.none() | st.integers(0, experiment.samples - 1)),
+        plane=draw(st.sampled_from(PLANES[experiment.order])),
+        background=draw(st.sampled_from(BACKGROUNDS)),
+        input=draw(st.sampled_from(INPUTS)),
     )
-    return Settings(experiment, view, draw(st.none() | experiments()))
+    limits = Limits(**{name: draw(st.none() | st.floats(0, 1e9, exclude_min=True)) for name in LIMIT_FIELDS})
+    return Settings(experiment, view, draw(st.none() | experiments()), limits)
 
 
 # `st.from_type(Settings)` in any test file.
@@ -78,8 +83,8 @@ st.register_type_strategy(Settings, all_settings())
 def controls_for():
     """Controls as they stand for an experiment, given by what differs from the defaults."""
 
-    def make(view=None, **values):
-        return controls_of(Settings(Experiment.from_dict(values), view or View()))
+    def make(view=None, limits=None, **values):
+        return controls_of(Settings(Experiment.from_dict(values), view or View(), limits=limits or Limits()))
 
     return make
 

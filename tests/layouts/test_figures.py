@@ -41,9 +41,9 @@ def run(**values):
     return run_experiment(Experiment.from_dict(values))
 
 
-def plots(result, view=None, theme="light", **meta):
+def plots(result, view=None, theme="light"):
     """Every plot of a result by name."""
-    shown = Shown(result, Settings(result.experiment, view or View()), theme, meta)
+    shown = Shown(result, Settings(result.experiment, view or View()), theme, {"seq": 1})
     return {
         "path": track.path_figure(shown),
         "close-up": track.close_up_figure(shown),
@@ -60,6 +60,11 @@ def series(figure):
         for trace in figure["data"]
         if trace.get("name") in TITLES and trace.get("showlegend", True)
     }
+
+
+def lines_of(figure):
+    """The traces that have coordinates."""
+    return [trace for trace in figure["data"] if "x" in trace]
 
 
 def points(trace):
@@ -250,7 +255,7 @@ def test_few_enough_points_are_drawn_of_any_run(samples):
 def test_the_longest_run_gives_small_figures():
     result = run(samples=200_000)
     for figure in plots(result).values():
-        for trace in figure["data"]:
+        for trace in lines_of(figure):
             assert len(points(trace)) <= DRAWN_SAMPLES
             assert trace["mode"] != "markers" or len(points(trace)) <= DRAWN_MARKERS
         assert len(orjson.dumps(figure)) < 400_000
@@ -312,9 +317,10 @@ def test_another_view_gets_a_zoom_of_its_own(view, changed):
     assert {
         name for name in before if before[name]["layout"]["uirevision"] != after[name]["layout"]["uirevision"]
     } == changed
-    other = plots(result, key="another target")
-    kept = {name for name in before if before[name]["layout"]["uirevision"] == other[name]["layout"]["uirevision"]}
-    assert kept == {"stability"}
+    for target in ({"samples": 300}, {"interval": 2}, {"scenario": "constant-velocity"}):
+        other = plots(run(**target))
+        kept = {name for name in before if before[name]["layout"]["uirevision"] == other[name]["layout"]["uirevision"]}
+        assert kept == {"stability"}
 
 
 @pytest.mark.parametrize(
@@ -338,7 +344,7 @@ def test_a_diverging_run_does_not_spoil_the_axes(plot, gains):
 
 def test_what_is_drawn_of_a_diverging_run_can_be_written_in_32_bits():
     for figure in plots(run(**WILD)).values():
-        for trace in figure["data"]:
+        for trace in lines_of(figure):
             assert not np.isinf(points(trace)).any()
 
 
@@ -425,6 +431,7 @@ def test_an_extreme_run_is_drawn_all_the_same(values, theme):
         (JERK, True, True),
         ({"xi": 0.5}, True, True),
         ({"design": "manual", "order": 3, "alpha": 0.5, "beta": 0.2, "gamma": -0.1}, False, False),
+        ({"design": "manual", "order": 3, "alpha": 0.5, "beta": 0.2, "gamma": 0.5}, False, True),
         ({"design": "manual", "order": 4, "alpha": 0.5, "beta": 0.2, "gamma": 0.1, "eta": -0.1}, False, False),
     ],
     ids=str,
@@ -433,15 +440,20 @@ def test_an_extreme_run_is_drawn_all_the_same(values, theme):
 def test_the_operating_point_says_whether_it_is_stable(gains, stable, region, theme):
     result = run(**gains)
     figure = plots(result, theme=theme)["stability"]
-    border, curve, point = figure["data"]
+    border, curve, printed, *places, point = figure["data"]
     assert [point["x"], point["y"]] == [[value] for value in result.gains.vector[:2].tolist()]
     look = ("circle", tokens(theme)["good"]) if stable else ("x", tokens(theme)["bad"])
     assert (point["marker"]["symbol"], point["marker"]["color"]) == look
     assert (len(points(border)) > 0) == region
-    assert figure["layout"]["annotations"][0]["text"] == (
-        "stable inside" if region else "no α, β is stable with this γ, η"
-    )
-    assert (len(points(curve)) > 0) == (result.gains.order == 2)
+    order = result.gains.order
+    said = [note["text"] for note in figure["layout"]["annotations"]]
+    if not region:
+        assert said == [f"no α, β is stable with this {'γ' if order == 3 else 'γ, η'}"]
+    else:
+        assert said == (["under-damped", "over-damped", "alternating", "alternating"] if order == 2 else [])
+    assert (len(points(curve)) > 0) == (order == 2)
+    assert (len(points(printed)) > 0) == (order > 2 and result.gains.vector[2] > 0)
+    assert [place["visible"] for place in places] == [False, False]
 
 
 def test_the_dotted_curve_is_critical_damping():

@@ -1,5 +1,6 @@
 """One place for colours, and colours that can be read."""
 
+import ast
 import re
 from pathlib import Path
 
@@ -66,6 +67,8 @@ def test_every_token_of_the_sources_exists_and_none_is_idle():
     # Of every kind of line its own colour, and with an ending: tokens(theme)[f"{kind}-faint"].
     endings = {"", *re.findall(r"\[f\"\{kind\}(-[\w-]+)\"\]", python)}
     used = named | set(re.findall(r"var\(--([\w-]+)", STYLES)) | {kind + ending for kind in LINES for ending in endings}
+    # The colours of the design curves by number.
+    used |= {f"curve-{number}" for number in range(1, 5) if 't[f"curve-{index % 4 + 1}"]' in python}
     assert set(tokens("light")) - used == set()
 
 
@@ -100,9 +103,26 @@ def test_the_search_for_colours_finds_them():
     assert len(found) == 3
 
 
+def said(path):
+    """What a source says to a browser: of Python its strings but for the docstrings, of anything else everything."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix != ".py":
+        return text
+    tree = ast.parse(text)
+    explained = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    strings = [node for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
+    return "\n".join(node.value for node in strings if id(node) not in explained)
+
+
+def test_of_python_the_strings_are_searched(tmp_path):
+    path = tmp_path / "module.py"
+    path.write_text('"""Like #ffffff."""\nx = rgb(1)\ny = ["#123456", f"rgb({x})"]\n', encoding="utf-8")
+    assert COLOUR.findall(said(path)) == ["#123456", "rgb("]
+
+
 @pytest.mark.parametrize("path", SOURCES, ids=str)
 def test_no_colour_is_decided_outside_the_tokens(path):
-    text = (ROOT / path).read_text(encoding="utf-8").replace(TRANSPARENT, "")
+    text = said(ROOT / path).replace(TRANSPARENT, "")
     assert COLOUR.findall(text) == []
 
 

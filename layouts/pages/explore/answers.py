@@ -101,7 +101,7 @@ DESK = Desk(
         "explore-close-up": Plot(track.close_up_figure, track.CLOSE_UP_MOVING, track.close_up_key, often=True),
         "explore-time": Plot(track.axis_figure, track.AXIS_MOVING, track.axis_key),
         "explore-error": Plot(error.error_figure, error.MOVING, seen_key),
-        "explore-stability": Plot(stability_map.small_map, stability_map.SMALL_MOVING, lambda _: ""),
+        "explore-stability": Plot(stability_map.small_map, stability_map.SMALL_MOVING, stability_map.small_key),
     },
     tables={NUMBERS: numbers},
     report=report,

@@ -40,7 +40,7 @@ def _controls() -> Component:
             target_card("explore"),
         ],
         className="controls",
-        **{"aria-label": "Filter, target and sensor", "data-page": "explore"},
+        **{"aria-label": "Filter, target and sensor"},
     )
 
 

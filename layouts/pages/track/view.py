@@ -35,6 +35,7 @@ def layout(**query: str) -> Component:
         ],
         id="track",
         className="desk",
+        **{"data-state": "busy"},
     )
 
 
