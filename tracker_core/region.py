@@ -35,6 +35,7 @@ RADIUS = 0.99
 """Largest pole of the gains that `nearest_stable` gives: inside the region, not on its border."""
 
 WITHIN = Domain(0, 1, low_open=True, high_open=True)
+STEPS = Domain(1, 1000, whole=True)
 
 
 def gain_interval(vectors: FloatArray, index: int) -> tuple[FloatArray, FloatArray]:
@@ -236,13 +237,23 @@ def region_surface(rows: int = 24, columns: int = 48) -> tuple[FloatArray, NDArr
     Returns:
         Vertices, shape (n, 3): normalised alpha, beta, gamma; and triangles, shape (m, 3): indices of their corners,
         counter-clockwise seen from outside.
+
+    Raises:
+        InputError: for a number of steps that is not a whole number from 1 on.
     """
-    numbers: dict[tuple[float, float, float], int] = {}
+    rows, columns = int(STEPS.check("rows", rows)), int(STEPS.check("columns", columns))
+    points: list[tuple[float, float, float]] = []
+    numbers: dict[tuple[float, ...], int] = {}
 
     def vertex(alpha: float, share: float, height: float) -> int:
         """Number of the point at beta = share (4 - 2 alpha), gamma = height times the roof."""
         point = (alpha, share * (4 - 2 * alpha), height * 4 * alpha * share)
-        return numbers.setdefault((round(point[0], 12), round(point[1], 12), round(point[2], 12)), len(numbers))
+        # Points that differ by rounding alone are one; kept in full, since a double pole feels the square root of it.
+        key = tuple(round(coordinate, 12) for coordinate in point)
+        if key not in numbers:
+            numbers[key] = len(points)
+            points.append(point)
+        return numbers[key]
 
     alphas = [2 * i / columns for i in range(columns + 1)]
     shares = [j / rows for j in range(rows + 1)]
@@ -258,7 +269,7 @@ def region_surface(rows: int = 24, columns: int = 48) -> tuple[FloatArray, NDArr
     sheet([[vertex(alpha, share, 1) for share in shares] for alpha in alphas], flip=False)
     sheet([[vertex(alpha, share, 0) for share in shares] for alpha in alphas], flip=True)
     sheet([[vertex(alpha, 1, share) for share in shares] for alpha in alphas], flip=True)
-    return np.array(list(numbers)), np.array(faces, dtype=np.int32)
+    return np.array(points), np.array(faces, dtype=np.int32)
 
 
 def nearest_stable(gains: Gains, radius: float = RADIUS) -> Gains:
@@ -275,7 +286,8 @@ def nearest_stable(gains: Gains, radius: float = RADIUS) -> Gains:
         InputError: for a radius outside (0, 1).
     """
     radius = WITHIN.check("radius", radius)
-    # Poles lie within the radius where the gains that have them divided by it are stable.
-    if is_stable(gains) and stable(scaled_poles(gains.vector, 1 / radius)):
+    # Poles lie within the radius where the gains that have them divided by it are stable; a billionth is let pass, so
+    # that what this function gives comes back from it as it is.
+    if is_stable(gains) and stable(scaled_poles(gains.vector, (1 - 1e-9) / radius)):
         return gains
     return Gains.normalised(nearest_within(gains.vector, radius)).to(gains.convention)
