@@ -241,7 +241,7 @@ def test_the_keyboard_reaches_and_moves_every_slider(open_page, settle):
         assert page.input_value(f"#{name}") != before
         assert page.evaluate("() => document.activeElement.getAttribute('aria-label')")
         assert page.evaluate("() => document.activeElement.getAttribute('aria-valuetext')")
-    assert reached == {f"explore-{name}-slider" for name in (*GAINS, "at")}
+    assert reached == {f"explore-{name}-slider" for name in (*GAINS, "responsiveness", "at")}
     settle(page)
 
 
