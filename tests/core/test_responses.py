@@ -13,11 +13,11 @@ from tracker_core import DESIGNS, Gains, InputError
 from tracker_core.analysis import steady_lag
 from tracker_core.responses import (
     HORIZON,
-    closed_loop,
+    error_change,
     frequency_response,
     lag_coefficient,
-    lyapunov,
     noise_gain,
+    steady_covariance,
     step_figures,
     time_response,
     variance_reduction,
@@ -168,14 +168,35 @@ def test_noise_gain_has_the_shape_of_what_it_is_given(stable_gains):
     assert found[2, 3] == noise_gain(g[2, 3])
 
 
-@given(st.lists(st.floats(-0.9, 0.9), min_size=9, max_size=9))
-def test_lyapunov_solves_its_equation(entries):
-    a = np.array(entries).reshape(3, 3)
-    a *= 0.9 / max(1.0, np.abs(np.linalg.eigvals(a)).max())
-    q = a @ a.T + np.eye(3)
-    p = lyapunov(a, q)
-    assert p == pytest.approx(a @ p @ a.T + q, rel=1e-9, abs=1e-9 * np.abs(p).max())
-    assert np.array_equal(p, p.T)
+@pytest.mark.parametrize("order", ORDERS)
+def test_steady_covariance_solves_the_lyapunov_equation(stable_gains, closed_loop, order):
+    draw = np.random.default_rng(order)
+    f = closed_loop(np.zeros(order))
+    for g in stable_gains(order, 40, seed=order):
+        root = draw.normal(size=(order, order))
+        gains, q = Gains.normalised(g), root @ root.T
+        a = f - np.outer(g, f[0])
+        assert error_change(gains) == pytest.approx(a - np.eye(order), abs=1e-15)
+        p = steady_covariance(gains, q)
+        assert p == pytest.approx(a @ p @ a.T + q, rel=1e-9, abs=1e-11 * np.abs(p).max())
+        assert np.array_equal(p, p.T)
+
+
+@pytest.mark.parametrize("tracking_index", [1e-12, 1e-9])
+@pytest.mark.parametrize("order", ORDERS)
+def test_variances_of_very_slow_filters_keep_their_digits(order, tracking_index):
+    g = DESIGNS["steady-kalman"].gains(order, tracking_index=tracking_index)
+    smoothed, predicted = exact_variances(g)
+    found = variance_reduction(Gains.normalised(g))
+    assert found.smoothed == pytest.approx(smoothed, rel=1e-11, abs=0)
+    assert found.predicted == pytest.approx(predicted, rel=1e-11, abs=0)
+
+
+def test_gains_that_rounding_puts_on_the_border_are_refused():
+    """alpha = 2e-320 leaves the smaller gains stable by the inequalities, and no digits for an equation."""
+    gains = Gains((0.0 + 1e-310, 1e-320))
+    with pytest.raises(InputError, match="^gains must be stable by more than rounding"):
+        variance_reduction(gains)
 
 
 # Lag ---------------------------------------------------------------------------------------------------------------
@@ -233,11 +254,11 @@ def test_frequency_response_of_a_slow_filter_keeps_its_digits(order):
 
 
 @pytest.mark.parametrize("order", ORDERS)
-def test_frequency_response_is_how_a_tone_comes_through(order):
+def test_frequency_response_is_how_a_tone_comes_through(closed_loop, order):
     """A filter that has been running for long answers a tone with one of that amplitude and phase."""
     g = DESIGNS["fading-memory"].gains(order, xi=0.5)
     frequency, k = 0.07, np.arange(400)
-    f = closed_loop(Gains((0.0,) * order))
+    f = closed_loop(np.zeros(order))
     state, smoothed = np.zeros(order, dtype=complex), []
     for z in np.exp(2j * np.pi * frequency * k):
         state = f @ state
