@@ -76,10 +76,10 @@ def test_distance_is_the_least_that_a_general_minimiser_finds(closed_loop, stabl
             index = math.exp(at)
             return position_variance(closed_loop, g, index) / best_variance(closed_loop, order, index) - 1
 
-        grid = np.linspace(math.log(1e-4), math.log(1e3), 30)
+        grid = np.linspace(math.log(1e-5), math.log(1e6), 50)
         values = [excess(at) for at in grid]
         best = int(np.argmin(values))
-        ends = grid[max(best - 1, 0)], grid[min(best + 1, 29)]
+        ends = grid[max(best - 1, 0)], grid[min(best + 1, 49)]
         expected = minimize_scalar(excess, bounds=ends, method="bounded", options={"xatol": 1e-9}).fun
         assert distance_from_optimal(Gains.normalised(g)).percent == pytest.approx(100 * expected, rel=1e-6, abs=1e-6)
 
