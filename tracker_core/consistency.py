@@ -18,7 +18,7 @@ from tracker_core.checks import POSITIVE, Domain
 from tracker_core.conventions import Gains
 from tracker_core.motion import transition
 from tracker_core.optimal import process_input
-from tracker_core.responses import closed_loop, lyapunov, require_stable
+from tracker_core.responses import steady_covariance
 from tracker_core.types import FloatArray
 
 LEVEL = 0.95
@@ -72,13 +72,12 @@ def model_covariance(gains: Gains, tracking_index: float) -> ModelCovariance:
         tracking_index: 0 for a target that keeps its highest derivative.
 
     Raises:
-        InputError: for gains that are not stable, or a tracking index outside 0 to a million.
+        InputError: for gains that are not stable by more than rounding, or a tracking index outside 0 to a million.
     """
-    require_stable(gains)
     g, f = gains.vector, transition(gains.order, 1.0)
     drive = TRACKING_INDEX.check("tracking_index", tracking_index) * process_input(gains.order)
     left = drive - g * drive[0]
-    smoothed = lyapunov(closed_loop(gains), np.outer(left, left) + np.outer(g, g))
+    smoothed = steady_covariance(gains, np.outer(left, left) + np.outer(g, g))
     predicted = f @ smoothed @ f.T + np.outer(drive, drive)
     return ModelCovariance(predicted, smoothed, float(predicted[0, 0]) + 1)
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from math import isfinite
 
+from tracker_core.checks import InputError
 from tracker_core.conventions import Gains
 from tracker_core.fields import INTERVAL
 from tracker_core.metrics import Metric
@@ -43,7 +45,7 @@ MERITS: dict[str, Metric] = {
 
 
 def merits(gains: Gains, interval: float) -> dict[str, float | None]:
-    """The figures of merit by name, as MERITS describes them; None where the gains are not stable.
+    """The figures of merit by name, as MERITS describes them; None where the gains are not stable or it overflows.
 
     Args:
         gains: any set.
@@ -62,11 +64,13 @@ def merits(gains: Gains, interval: float) -> dict[str, float | None]:
     overshoot, settling = (float(value) for value in step_figures(vector))
     figures |= {
         "noise_gain": float(noise_gain(vector)),
-        "predicted_noise_gain": variance_reduction(gains).predicted,
         "unit_lag": abs(float(lag_coefficient(vector))) * interval**gains.order,
         "overshoot": 100 * overshoot,
         "settling": settling * interval,
         "damping": damping_ratio(slowest),
-        "optimal_distance": distance_from_optimal(gains).percent,
     }
+    # Rounding may hide that gains are stable.
+    with suppress(InputError):
+        figures["predicted_noise_gain"] = variance_reduction(gains).predicted
+        figures["optimal_distance"] = distance_from_optimal(gains).percent
     return {name: value if value is not None and isfinite(value) else None for name, value in figures.items()}

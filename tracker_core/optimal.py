@@ -20,7 +20,8 @@ from tracker_core.checks import POSITIVE, Domain, InputError
 from tracker_core.conventions import Gains
 from tracker_core.design.kalata import TRACKING_INDEX
 from tracker_core.design.steady_kalman import optimal_gains
-from tracker_core.responses import closed_loop, lyapunov, noise_gain, require_stable
+from tracker_core.motion import transition
+from tracker_core.responses import noise_gain, steady_covariance
 from tracker_core.types import FloatArray
 
 SMOOTHEST, MOST_RESPONSIVE = 1e-4, 100.0
@@ -64,10 +65,17 @@ def process_input(order: int) -> FloatArray:
 
 
 def process_gain(gains: Gains) -> float:
-    """Variance of the smoothed position error per unit variance of the process noise (T = 1)."""
+    """Variance of the smoothed position error per unit variance of the process noise (T = 1).
+
+    Raises:
+        InputError: for gains that are not stable by more than rounding.
+    """
     g, drive = gains.vector, process_input(gains.order)
     left = drive - g * drive[0]
-    return float(lyapunov(closed_loop(gains), np.outer(left, left))[0, 0])
+    f = transition(gains.order, 1.0)[0]
+    predicted = f @ steady_covariance(gains, np.outer(left, left)) @ f + drive[0] ** 2
+    # By way of the prediction, whose variance keeps its digits where alpha is all but 1.
+    return float((1 - g[0]) ** 2 * predicted)
 
 
 def distance_from_optimal(gains: Gains) -> Distance:
@@ -78,9 +86,8 @@ def distance_from_optimal(gains: Gains) -> Distance:
     TRACKING_INDEX is sought.
 
     Raises:
-        InputError: for gains that are not stable.
+        InputError: for gains that are not stable by more than rounding.
     """
-    require_stable(gains)
     noise, process = float(noise_gain(gains.vector)), process_gain(gains)
     logs, alphas = _alphas(gains.order)
     step, best = logs[1] - logs[0], int(np.argmin((noise + np.exp(2 * logs) * process) / alphas))

