@@ -74,7 +74,14 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Everything that a link says: the experiment, the view of it, the pinned experiment, the limits."""
+    """Everything that a link says.
+
+    Attributes:
+        experiment: what is run.
+        view: what of it is looked at.
+        pin: the experiment whose figures are compared with; None for none.
+        limits: what must not be exceeded.
+    """
 
     experiment: Experiment
     view: View = View()
