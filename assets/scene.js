@@ -25,12 +25,16 @@
     return Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
   }
 
+  function address(token) {
+    const base = JSON.parse(document.getElementById("_dash-config").textContent).requests_pathname_prefix;
+    return `${base}viser/${token}/?theme=${document.documentElement.dataset.theme}`;
+  }
+
   function mount() {
     if (!place || place.querySelector("iframe")) return;
     const token = secret();
-    const base = JSON.parse(document.getElementById("_dash-config").textContent).requests_pathname_prefix;
     const frame = document.createElement("iframe");
-    Object.assign(frame, { src: `${base}viser/${token}/?theme=${document.documentElement.dataset.theme}`, title: place.dataset.title });
+    Object.assign(frame, { src: address(token), title: place.dataset.title });
     frame.addEventListener("load", () => {
       try {
         for (const use of USES) frame.contentWindow.addEventListener(use, used, { passive: true });
@@ -59,6 +63,12 @@
   }
 
   for (const use of USES) document.addEventListener(use, () => place && place.dataset.token && used(), { passive: true });
+
+  // Background and labels belong to the page in the frame.
+  document.addEventListener("themechange", () => {
+    const frame = place && place.querySelector("iframe");
+    if (frame && frame.isConnected) frame.src = address(place.dataset.token);
+  });
 
   document.addEventListener("deskbegin", (event) => {
     clearTimeout(idle);

@@ -1,7 +1,8 @@
-"""How attached the slider feels: from the change of a slider to the drawn plot, in a real browser.
+"""How attached the hand feels: from the change of a slider to the drawn plot, in a real browser.
 
 The xi slider, or the operating point in the stability map, is dragged by mouse events at a given rate. The page is
-watched from inside: when the slider or the point moved, and when the path plot that shows that value (or a newer one) had been drawn and the next frame began.
+watched from inside: when the slider or the point moved, and when the path plot that shows that value (or a newer one)
+had been drawn and the next frame began.
 """
 
 from __future__ import annotations

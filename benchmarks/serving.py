@@ -63,7 +63,7 @@ def launch(playwright: Playwright, *, webgl: bool = False) -> Browser:
     With WebGL, without a graphics card, everything that it draws takes several times as long.
     """
     path = os.environ.get("GAINSCOPE_CHROMIUM") or shutil.which("chromium")
-    drawing = WEBGL_FLAGS if webgl else ["--disable-gpu"]
+    drawing = WEBGL_FLAGS if webgl else ["--disable-gpu", "--disable-3d-apis"]
     return playwright.chromium.launch(executable_path=path, args=[*CHROMIUM_FLAGS, *drawing])
 
 

@@ -79,7 +79,7 @@ class Settings:
     Attributes:
         experiment: what is run.
         view: what of it is looked at.
-        pin: the experiment whose figures are compared with; None for none.
+        pin: the experiment that figures are compared with, if one is pinned.
         limits: what must not be exceeded.
     """
 

@@ -18,8 +18,11 @@ from tracker_core.design import DESIGNS
 from tracker_core.experiment import PARAMETERS, Experiment, Result, run_experiment
 from tracker_core.exports import track_columns, write_track
 from tracker_core.fields import FIELDS, INTERVAL
+from tracker_core.merits import MERITS, merits
 from tracker_core.metrics import METRICS
-from tracker_core.stability import Condition, assess
+from tracker_core.poles import damping_class
+from tracker_core.region import nearest_stable
+from tracker_core.stability import Condition, assess, printed_conditions
 from tracker_core.types import GAIN_NAMES
 
 SHOWN_ROWS = 50
@@ -80,8 +83,8 @@ def _parser() -> argparse.ArgumentParser:
     _add_field(design, "interval")
     design.set_defaults(action=_design)
 
-    stability = commands.add_parser("stability", help="poles, Jury table and verdict of a gain set")
-    for name in ("order", "convention", *GAIN_NAMES):
+    stability = commands.add_parser("stability", help="poles, verdict and figures of merit of a gain set")
+    for name in ("order", "convention", *GAIN_NAMES, "interval"):
         _add_field(stability, name)
     stability.set_defaults(action=_stability)
     for command in (run, design, stability):
@@ -207,7 +210,11 @@ def _stability(options: argparse.Namespace) -> None:
             raise InputError(name, rule, given.get(name))
         if name in given:
             values.append(FIELDS[name].read(name, given[name]))
-    verdict = assess(Gains(tuple(values), convention))
+    gains = Gains(tuple(values), convention)
+    verdict, printed = assess(gains), printed_conditions(gains)
+    nearest = None if verdict.stable else nearest_stable(gains)
+    interval = INTERVAL.check("interval", 1.0 if options.interval is None else options.interval)
+    figures = merits(gains, interval)
     if options.json:
         _print_json(
             {
@@ -216,12 +223,31 @@ def _stability(options: argparse.Namespace) -> None:
                 "poles": _complex(verdict.poles),
                 "conditions": [_row(condition) for condition in verdict.conditions],
                 "jury": [_row(condition) for condition in verdict.jury],
+                "printed": [_row(condition) for condition in printed],
+                "damping_class": damping_class(gains),
+                "merits": figures,
+                "nearest_stable": None if nearest is None else _gains(nearest),
             }
         )
         return
     print("stable" if verdict.stable else "unstable", f"(largest pole {verdict.spectral_radius:.9g})")
     for condition in (*verdict.conditions, *verdict.jury):
-        print(f"{'holds' if condition.holds else 'FAILS':6} {condition.text:36} margin {condition.margin:.6g}")
+        _print_condition(condition)
+    if printed:
+        print("as printed by Yu & Wu 2017, in the convention half:")
+    for condition in printed:
+        _print_condition(condition)
+    print("poles ", ", ".join(f"{pole:.6g}" for pole in verdict.poles), f"({damping_class(gains)})")
+    if nearest is not None:
+        pairs = zip(GAIN_NAMES, nearest.values, strict=False)
+        print("nearest stable gains ", "  ".join(f"{name} {value:.9g}" for name, value in pairs))
+    for name, value in figures.items():
+        if value is not None and name != "spectral_radius":
+            print(f"{MERITS[name].title:28} {value:.6g} {MERITS[name].unit}".rstrip())
+
+
+def _print_condition(condition: Condition) -> None:
+    print(f"{'holds' if condition.holds else 'FAILS':6} {condition.text:36} margin {condition.margin:.6g}")
 
 
 def _row(condition: Condition) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from tracker_core.checks import Domain
+from tracker_core.checks import POSITIVE, Domain
 from tracker_core.conventions import Gains
 from tracker_core.motion import transition
 from tracker_core.optimal import process_input
@@ -23,7 +23,8 @@ from tracker_core.types import FloatArray
 
 LEVEL = 0.95
 DEGREES = Domain(1, 1e7)
-SHARE = Domain(0, 1, low_open=True, high_open=True)
+LEVELS = Domain(1e-6, 0.999999)
+TRACKING_INDEX = Domain(0, 1e6)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,12 +67,16 @@ def model_covariance(gains: Gains, tracking_index: float) -> ModelCovariance:
 
     P = (I - K H)(F P F' + Q)(I - K H)' + K K', the Joseph form, which holds for every gain.
 
+    Args:
+        gains: any stable set.
+        tracking_index: 0 for a target that keeps its highest derivative.
+
     Raises:
-        InputError: for gains that are not stable.
+        InputError: for gains that are not stable, or a tracking index outside 0 to a million.
     """
     require_stable(gains)
     g, f = gains.vector, transition(gains.order, 1.0)
-    drive = tracking_index * process_input(gains.order)
+    drive = TRACKING_INDEX.check("tracking_index", tracking_index) * process_input(gains.order)
     left = drive - g * drive[0]
     smoothed = lyapunov(closed_loop(gains), np.outer(left, left) + np.outer(g, g))
     predicted = f @ smoothed @ f.T + np.outer(drive, drive)
@@ -79,8 +84,8 @@ def model_covariance(gains: Gains, tracking_index: float) -> ModelCovariance:
 
 
 def innovation_squared(innovations: FloatArray, variance: float) -> FloatArray:
-    """NIS per value: the innovation squared over its variance, shape as given."""
-    return innovations**2 / variance
+    """NIS per value: the innovation squared over its variance, > 0; shape as given."""
+    return innovations**2 / POSITIVE.check("variance", variance)
 
 
 def error_squared(errors: FloatArray, covariance: FloatArray) -> FloatArray:
@@ -101,8 +106,11 @@ def average(values: FloatArray, dimension: int, level: float = LEVEL) -> Consist
         values: NaN where there is none.
         dimension: degrees of freedom of one value.
         level: probability of the interval.
+
+    Returns:
+        The average, NaN of no values at all, and its interval.
     """
-    known = values[np.isfinite(values)]
+    known = values[~np.isnan(values)]
     count = max(1, known.size)
     low, high = chi_square_interval(count * dimension, level)
     mean = float(known.mean()) if known.size else float("nan")
@@ -114,19 +122,24 @@ def chi_square_interval(degrees: float, level: float = LEVEL) -> tuple[float, fl
 
     Args:
         degrees: of freedom, 1 to 10 million.
-        level: probability, between 0 and 1.
+        level: probability, 1e-6 to 1 - 1e-6.
 
     Raises:
         InputError: for arguments outside.
     """
     DEGREES.check("degrees", degrees)
-    SHARE.check("level", level)
+    LEVELS.check("level", level)
     return chi_square_quantile(degrees, (1 - level) / 2), chi_square_quantile(degrees, (1 + level) / 2)
 
 
 @lru_cache(maxsize=256)
 def chi_square_quantile(degrees: float, probability: float) -> float:
-    """Where the chi-square distribution function has a value: safeguarded Newton from Wilson and Hilferty's cube."""
+    """Where the chi-square distribution function has a value: safeguarded Newton from Wilson and Hilferty's cube.
+
+    Args:
+        degrees: of freedom, 1 to 10 million.
+        probability: from 5e-7 to 1 - 5e-7.
+    """
     spread = 2 / (9 * degrees)
     x = degrees * max(1e-3, 1 - spread + NormalDist().inv_cdf(probability) * sqrt(spread)) ** 3
     low, high = 0.0, inf

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import isfinite
 
 from tracker_core.conventions import Gains
+from tracker_core.fields import INTERVAL
 from tracker_core.metrics import Metric
 from tracker_core.optimal import distance_from_optimal
 from tracker_core.poles import damping_ratio, poles
@@ -47,7 +48,11 @@ def merits(gains: Gains, interval: float) -> dict[str, float | None]:
     Args:
         gains: any set.
         interval: T, s.
+
+    Raises:
+        InputError: for an interval outside that of an experiment.
     """
+    interval = INTERVAL.check("interval", interval)
     slowest = poles(gains)[0]
     figures: dict[str, float | None] = dict.fromkeys(MERITS)
     figures["spectral_radius"] = abs(slowest)

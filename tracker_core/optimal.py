@@ -16,14 +16,19 @@ from math import exp, log
 
 import numpy as np
 
-from tracker_core.checks import InputError
+from tracker_core.checks import POSITIVE, Domain, InputError
 from tracker_core.conventions import Gains
+from tracker_core.design.kalata import TRACKING_INDEX
 from tracker_core.design.steady_kalman import optimal_gains
 from tracker_core.responses import closed_loop, lyapunov, noise_gain, require_stable
 from tracker_core.types import FloatArray
 
 SMOOTHEST, MOST_RESPONSIVE = 1e-4, 100.0
 """Ends of the smooth-responsive path, tracking indices."""
+
+NUMBER = Domain()
+
+_ROUNDS = 4
 
 __all__ = [
     "MOST_RESPONSIVE",
@@ -69,7 +74,8 @@ def distance_from_optimal(gains: Gains) -> Distance:
     """By how much gains miss the optimum, on the model that suits them best.
 
     On the model with tracking index L the smoothed position error has the variance V + L^2 W per measurement
-    variance, V and W being the gains' own; that of the optimal filter is its alpha. The least ratio over L is sought.
+    variance, V and W being the gains' own; that of the optimal filter is its alpha. The least ratio over all L in
+    TRACKING_INDEX is sought.
 
     Raises:
         InputError: for gains that are not stable.
@@ -78,24 +84,30 @@ def distance_from_optimal(gains: Gains) -> Distance:
     noise, process = float(noise_gain(gains.vector)), process_gain(gains)
     logs, alphas = _alphas(gains.order)
     step, best = logs[1] - logs[0], int(np.argmin((noise + np.exp(2 * logs) * process) / alphas))
-    at = logs[min(max(best, 1), len(logs) - 2)]
+    at = float(logs[best])
 
     def ratio(at: float) -> float:
-        return (noise + exp(2 * at) * process) / float(optimal_gains(gains.order, exp(at))[0])
+        index = _index(at)
+        return (noise + index**2 * process) / float(optimal_gains(gains.order, index)[0])
 
     # The lowest point of the parabola through three, twice: the second time from very near.
-    for width in (step, step / 20):
+    for width in (step, step / 20) if 0 < best < len(logs) - 1 else ():
         below, here, above = (ratio(at + shift) for shift in (-width, 0.0, width))
         bend = below - 2 * here + above
         at += min(1.0, max(-1.0, (below - above) / (2 * bend))) * width if bend > 0 else 0.0
-    return Distance(max(0.0, 100 * (ratio(at) - 1)), exp(at))
+    return Distance(max(0.0, 100 * (ratio(at) - 1)), _index(at))
+
+
+def _index(logarithm: float) -> float:
+    """The tracking index with a logarithm, within its domain."""
+    return min(TRACKING_INDEX.high, max(TRACKING_INDEX.low, exp(logarithm)))
 
 
 @cache
 def _alphas(order: int) -> tuple[FloatArray, FloatArray]:
     """Logarithms of tracking indices, and the optimal alpha for each."""
-    logs = np.linspace(log(1e-12), log(1e6), 1001)
-    return logs, np.array([optimal_gains(order, exp(at))[0] for at in logs])
+    logs = np.linspace(log(TRACKING_INDEX.low), log(TRACKING_INDEX.high), 1001)
+    return logs, np.array([optimal_gains(order, _index(at))[0] for at in logs])
 
 
 def index_of_noise_gain(order: int, value: float) -> float:
@@ -107,7 +119,15 @@ def index_of_noise_gain(order: int, value: float) -> float:
     if value != value:
         raise InputError("value", "must be a number", value)
     logs, gains = _noise_gains(order)
-    return exp(float(np.interp(value, gains, logs)))
+    cell = int(np.searchsorted(gains, value))
+    if cell in {0, len(gains)}:
+        return SMOOTHEST if cell == 0 else MOST_RESPONSIVE
+    step, rise = logs[cell] - logs[cell - 1], log(gains[cell] / gains[cell - 1])
+    at = float(logs[cell])
+    # Over so short a step the logarithm is all but straight: every round gains two digits or more.
+    for _ in range(_ROUNDS):
+        at += step / rise * log(value / noise_gain(optimal_gains(order, exp(at))))
+    return exp(at)
 
 
 @cache
@@ -118,10 +138,12 @@ def _noise_gains(order: int) -> tuple[FloatArray, FloatArray]:
 
 
 def path_index(share: float) -> float:
-    """The tracking index at a share, 0 (smooth) to 1 (responsive), of the path."""
-    return float(SMOOTHEST * (MOST_RESPONSIVE / SMOOTHEST) ** min(1.0, max(0.0, share)))
+    """The tracking index at a share, 0 (smooth) to 1 (responsive), of the path; beyond them the end itself."""
+    share = min(1.0, max(0.0, NUMBER.check("share", share)))
+    return SMOOTHEST ** (1 - share) * MOST_RESPONSIVE**share
 
 
 def path_share(tracking_index: float) -> float:
     """How far along the path a tracking index stands, 0 to 1."""
-    return min(1.0, max(0.0, log(tracking_index / SMOOTHEST) / log(MOST_RESPONSIVE / SMOOTHEST)))
+    index = POSITIVE.check("tracking_index", tracking_index)
+    return min(1.0, max(0.0, log(index / SMOOTHEST) / log(MOST_RESPONSIVE / SMOOTHEST)))

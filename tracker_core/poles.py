@@ -7,7 +7,7 @@ have their poles, no digits cancel.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import atan2, hypot, isfinite, log
 
 import numpy as np
@@ -20,7 +20,10 @@ SNAP = 0.01
 """A pole no further than this from the real axis counts as real while a hand moves it."""
 
 CLUSTER = 1e-3
-"""Equal poles of a polynomial are computed this far apart at most (four of them; fewer are closer)."""
+"""Equal poles are computed this far apart at most, as a share of their distance from z = 1 (four; fewer are closer)."""
+
+LARGEST = 1e12
+"""No gains that can be written have a larger pole."""
 
 DAMPING = ("underdamped", "critically damped", "overdamped", "alternating")
 
@@ -43,16 +46,37 @@ def characteristic_polynomial(gains: Gains) -> FloatArray:
     )
 
 
+def offset_polynomial(gains: Gains) -> FloatArray:
+    """The characteristic polynomial in powers of z - 1, highest first, shape (order + 1,).
+
+    Its coefficients are the symmetric sums of u = 1 - z, and sums of gains: no digits cancel.
+    """
+    g0, g1, g2, g3 = padded(gains.vector)
+    sums = [1.0, g0 + g1 + g2 / 2 + g3 / 6, g1 + 3 / 2 * g2 + 7 / 6 * g3, g2 + 2 * g3, g3]
+    return np.array(sums[: gains.order + 1])
+
+
 def poles(gains: Gains) -> tuple[complex, ...]:
     """Roots of the characteristic polynomial, largest magnitude first.
 
-    A root of multiplicity m is known to about the m-th root of the rounding error: four equal poles to 1e-4. Their
-    errors are symmetric, so that `gains_from_poles` gives the gains back all the same.
+    Found around z = 1 or around z = 0, whichever is nearer to them, so that they keep their digits at either. A root
+    of multiplicity m is known to about the m-th root of the rounding error: four equal poles to 1e-4. Their errors are
+    symmetric, so that `gains_from_poles` gives the gains back all the same.
     """
-    roots = np.roots(characteristic_polynomial(gains))
-    # Where a gain of 1 lowers the degree, the missing roots lie at zero.
-    padded = [complex(root) for root in roots] + [0j] * (gains.order - len(roots))
-    return tuple(sorted(padded, key=lambda root: (-abs(root), -root.imag)))
+    g = gains.vector
+    # The products of all |1 - z| and of all |z|.
+    if abs(g[-1]) < abs(1 - g[0]):
+        centre, roots = 1.0, np.roots(offset_polynomial(gains))
+    else:
+        centre, roots = 0.0, np.roots(characteristic_polynomial(gains))
+    # Roots at the centre itself lower the degree.
+    found = [complex(centre + root) for root in (*roots, *[0.0] * (gains.order - len(roots)))]
+    return tuple(sorted(found, key=lambda root: (-abs(root), -root.imag)))
+
+
+def padded(values: Iterable[float]) -> list[float]:
+    """As many numbers as the highest order has, zeros after those given: one formula serves all orders."""
+    return [*(float(value) for value in values), 0.0, 0.0][: max(ORDERS)]
 
 
 def gains_from_poles(roots: Sequence[complex]) -> FloatArray:
@@ -65,13 +89,13 @@ def gains_from_poles(roots: Sequence[complex]) -> FloatArray:
         Normalised gains, shape (order,).
 
     Raises:
-        InputError: for another number of poles, one that is not finite, or one without its conjugate.
+        InputError: for another number of poles, one beyond LARGEST, or one without its conjugate.
     """
     if len(roots) not in ORDERS:
         raise InputError("poles", "must be 2, 3 or 4 numbers", len(roots))
     values = [complex(root) for root in roots]
-    if not all(isfinite(value.real) and isfinite(value.imag) for value in values):
-        raise InputError("poles", "must be finite numbers", roots)
+    if not all(abs(value) <= LARGEST for value in values):
+        raise InputError("poles", f"must be numbers of magnitude <= {LARGEST:g}", roots)
     sums = symmetric_sums([1 - value for value in values])
     scale = max(1.0, *(abs(value) ** len(values) for value in values))
     if any(abs(value.imag) > 1e-9 * scale for value in sums):
@@ -81,8 +105,7 @@ def gains_from_poles(roots: Sequence[complex]) -> FloatArray:
 
 def gains_from_offsets(offsets: Sequence[complex]) -> FloatArray:
     """The gains that place poles at 1 - u for the given u, which are closed under conjugation; shape (order,)."""
-    # Sums that an order does not have are zero, and one formula serves all.
-    e1, e2, e3, e4, *_ = (*(value.real for value in symmetric_sums(offsets)), 0.0, 0.0)
+    e1, e2, e3, e4 = padded(value.real for value in symmetric_sums(offsets))
     return np.array([e1 - e2 + e3 - e4, e2 - 1.5 * e3 + 11 / 6 * e4, e3 - 2 * e4, e4])[: len(offsets)]
 
 
@@ -109,7 +132,12 @@ def move_pole(roots: Sequence[complex], index: int, target: complex) -> tuple[co
 
     Returns:
         The poles in the same order, closed under conjugation.
+
+    Raises:
+        InputError: for a target that is not finite.
     """
+    if not isfinite(abs(target)):
+        raise InputError("target", "must be a finite number", target)
     values = [complex(root) for root in roots]
     held = values[index]
     others = [i for i in range(len(values)) if i != index]
@@ -141,20 +169,21 @@ def damping_ratio(pole: complex) -> float:
 def damping_class(gains: Gains) -> str:
     """How the filter comes back: one of DAMPING.
 
-    Underdamped where a pair of poles is complex; critically damped where all are equal; alternating where all are
-    real and one is negative, so that part of the response changes sign at every sample; else overdamped. Order 2 is
+    Underdamped where a pair of poles is complex; alternating where all are real and one is negative, so that part of
+    the response changes sign at every sample; critically damped where all are equal; else overdamped. Order 2 is
     decided by the discriminant (g0 + g1 - 2)^2 - 4(1 - g0); above it poles count as equal within their scatter.
     """
     roots = poles(gains)
     if gains.order == 2:
-        g0, g1 = gains.vector.tolist()
-        discriminant, scale = (g0 + g1 - 2) ** 2 - 4 * (1 - g0), (g0 + g1 - 2) ** 2 + 4 * abs(1 - g0)
+        # In the u, so that small gains keep their digits.
+        e1, e2 = offset_polynomial(gains)[1:].tolist()
+        discriminant, scale = e1**2 - 4 * e2, e1**2 + 4 * abs(e2)
         equal = abs(discriminant) <= 1e-9 * scale
         pair = discriminant < 0 and not equal
     else:
         centre = sum(roots) / len(roots)
-        equal = max(abs(root - centre) for root in roots) <= CLUSTER
-        pair = not equal and any(abs(root.imag) > CLUSTER for root in roots)
+        equal = max(abs(root - centre) for root in roots) <= CLUSTER * abs(1 - centre)
+        pair = not equal and any(abs(root.imag) > CLUSTER * abs(1 - root) for root in roots)
     if pair:
         return "underdamped"
     if min(root.real for root in roots) < -CLUSTER:

@@ -1,34 +1,41 @@
 """The stable region: intervals, slices, the surface of order 3, and the way back into it.
 
 Normalised gains throughout. Every gain enters every inequality of the region linearly, or quadratically with a
-negative leading coefficient: given the others, one gain is stable on one interval, in closed form.
+leading coefficient that is negative wherever anything is stable: given the others, one gain is stable on one interval.
+With two gains free, the stable values of either make up one interval too (`_ends`); all ends are in closed form.
 """
 
 from __future__ import annotations
 
 from itertools import combinations, product
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker_core.checks import InputError
+from tracker_core.checks import Domain, InputError
 from tracker_core.conventions import Gains
-from tracker_core.poles import gains_from_poles
-from tracker_core.stability import is_stable
+from tracker_core.poles import padded
+from tracker_core.projection import nearest_within, scaled_poles
+from tracker_core.stability import is_stable, stable
 from tracker_core.types import GAIN_NAMES, ORDERS, FloatArray
 
 PLANES: dict[int, tuple[tuple[str, str], ...]] = {order: tuple(combinations(GAIN_NAMES[:order], 2)) for order in ORDERS}
 """The planes of two gains per order."""
 
 BOX: dict[int, tuple[float, ...]] = {2: (2.0, 4.0), 3: (2.0, 4.0, 8.0), 4: (2.0, 16 / 3, 8.0, 16.0)}
-"""Upper end of every gain over the whole region of an order; the lower end is 0."""
+"""Upper end of every gain over the whole region of an order; the lower end is 0.
+
+The convex hull of the coefficients of all stable polynomials of degree n is the simplex with the corners
+(z - 1)^k (z + 1)^(n - k) (Fam & Meditch 1978, IEEE Trans. Automatic Control AC-23, 454-458), and gains are affine in
+the coefficients: at order 4 the corners are 0, (2, 0, 0, 0), (0, 4, 0, 0), (2, 0, 8, 0) and (0, 16/3, 0, 16).
+"""
 
 RADIUS = 0.99
 """Largest pole of the gains that `nearest_stable` gives: inside the region, not on its border."""
 
-_SCAN = 300
-_BISECTIONS = 60
-_SWEEPS, _ALL_STARTS, _KEPT_STARTS = 500, 12, 6
+WITHIN = Domain(0, 1, low_open=True, high_open=True)
+STEPS = Domain(1, 1000, whole=True)
 
 
 def gain_interval(vectors: FloatArray, index: int) -> tuple[FloatArray, FloatArray]:
@@ -40,8 +47,13 @@ def gain_interval(vectors: FloatArray, index: int) -> tuple[FloatArray, FloatArr
 
     Returns:
         Lower and upper end, each of shape (...); both 0 where no value is stable.
+
+    Raises:
+        InputError: for an index that the order does not have.
     """
-    low, high, possible = _bounds(np.asarray(vectors, dtype=np.float64), index)
+    if index not in range(vectors.shape[-1]):
+        raise InputError("index", f"must be one of 0 to {vectors.shape[-1] - 1}", index)
+    low, high, possible = _bounds(vectors, index)
     possible = possible & (low < high)
     return np.where(possible, low, 0.0), np.where(possible, high, 0.0)
 
@@ -87,18 +99,16 @@ def _interval4(g: FloatArray, index: int) -> Interval:
         # Outside 0 < g0 < 2 nothing is stable, and the parabola may open upwards.
         inside = (g0 > 0) & (g0 < 2) & (g3 > 0) & (3 * g1 > g3) & (roof > 0)
         return np.maximum(low, 0.0), np.minimum(high, 4 * g0), inside
-    # Linear in g3: g0 (g2 - 6 g0) g3 + 6 g0 g1 g2 + 3 g0 g2^2 - 6 g2^2 > 0.
-    slope, rest = g0 * (g2 - 6 * g0), g2 * (6 * g0 * g1 + 3 * g0 * g2 - 6 * g2)
-    low = np.maximum(0.0, 24 * g0 + 12 * g1 - 48)
-    high = np.minimum(3 * g1, np.where(slope < 0, rest / -slope, np.inf))
-    return low, high, (g2 > 0) & (4 * g0 > g2) & ((slope < 0) | (rest > 0))
+    # Linear in g3: 6 g0 g1 g2 + 3 g0 g2^2 - 6 g2^2 > g0 (6 g0 - g2) g3.
+    high = g2 * (6 * g0 * g1 + 3 * g0 * g2 - 6 * g2) / (g0 * (6 * g0 - g2))
+    return np.maximum(0.0, 24 * g0 + 12 * g1 - 48), np.minimum(3 * g1, high), (g2 > 0) & (4 * g0 > g2)
 
 
 def _between(a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where a x^2 + b x + c > 0 for a < 0, b > 0, c <= 0: its two roots, NaN where it never is."""
-    root = np.sqrt(b * b - 4 * a * c)
+    """Where a x^2 + b x + c > 0 for a < 0, b >= 0, c <= 0: its two roots, equal where it never is."""
+    root = np.sqrt(np.maximum(b * b - 4 * a * c, 0.0))
     larger = -(b + root) / 2
-    return c / larger, larger / a
+    return np.where(larger == 0, 0.0, c / larger), larger / a
 
 
 def alpha_bounds(gains: Gains) -> tuple[float, float]:
@@ -157,39 +167,45 @@ def region_slice(
 
 
 def _ends(vector: FloatArray, across: int, up: int) -> tuple[float, float]:
-    """First and last value of one gain for which some value of another is stable; found by scanning and bisecting."""
-    top = BOX[len(vector)][across]
-    grid = np.concatenate(
-        ([0.0], top * np.geomspace(1e-12, 1, _SCAN), np.linspace(0, top, _SCAN)[1:-1], [vector[across]])
-    )
-    grid = np.unique(np.clip(grid, 0, top))
+    """The interval of one gain for which some value of another is stable; (0, 0) where there is none.
 
-    def stable(x: FloatArray) -> NDArray[np.bool_]:
-        vectors = np.repeat(vector[None], len(x), axis=0)
-        vectors[:, across] = x
-        low, high, possible = _bounds(vectors, up)
-        return possible & (low < high)
-
-    inside = np.flatnonzero(stable(grid))
-    if not inside.size:
-        return 0.0, 0.0
-    good = grid[inside[[0, -1]]]
-    bad = grid[[max(inside[0] - 1, 0), min(inside[-1] + 1, len(grid) - 1)]]
-    for _ in range(_BISECTIONS):
-        middle = (good + bad) / 2
-        held = stable(middle)
-        good, bad = np.where(held, middle, good), np.where(held, bad, middle)
-    return float(good[0]), float(good[1])
+    With r = g2/g0 and w = 2 - g0 the region of order 4 is 0 < r < 4, 0 < g3 < 3 g1, 12 g1 < 24 w + g3 and
+    6 r g1 - (6 - r) g3 > 3 r^2 w. For a fixed r all of this is linear, and eliminating the second gain of a plane
+    leaves bounds of the first that hold together on one interval.
+    """
+    g0, g1, g2, g3 = padded(vector)
+    w = 2 - g0
+    low, high = 0.0, 0.0
+    match len(vector), across, up:
+        case (3, 0, 2) if g1 > 0:
+            high = 2 - g1 / 2
+        case (3, 1, 2) if g0 > 0:
+            high = 2 * w
+        case (4, 0, 2) if 0 < g3 < 3 * g1:
+            # The least of 3 g0 = 6 - (6 g1 + g3)/r + 6 g3/r^2 over r.
+            low, high = max(0.0, 2 - (6 * g1 + g3) ** 2 / (72 * g3)), 2 - g1 / 2 + g3 / 24
+        case (4, 0, 3) if g1 > 0 and g2 > 0:
+            # 12 g0^2 + (6 g1 + g2 - 24) g0 < 2 g2
+            half = 3 * g1 + g2 / 2 - 12
+            root = sqrt(half**2 + 24 * g2)
+            low, high = max(g2 / 4, 2 * g2 / (2 * g1 + g2)), 2 * g2 / (half + root) if half > 0 else (root - half) / 12
+        case (4, 1, 2) if g0 > 0 and 0 < g3 < 8 * w:
+            low, high = sqrt(2 * g3 * w) - g3 / 6, 2 * w + g3 / 12
+        case (4, 1, 3) if 0 < g2 < 4 * g0 and w > 0:
+            low, high = g2 / g0 * w / 2, (g2 / g0 + 12) * w / 6
+        case (4, 2, 3) if 0 < g0 < 2 and g1 > 0:
+            low, high = g0 * max(0.0, 6 * g1 / w - 12), g0 * min(4.0, 2 * g1 / w)
+    return (low, high) if low < high else (0.0, 0.0)
 
 
 def printed_slice(gains: Gains, plane: tuple[str, str] = ("alpha", "beta")) -> tuple[FloatArray, FloatArray]:
-    """Border of what Yu & Wu 2017 print as stable (eq. 10-12, 21-23), through the present gamma.
+    """Border of what Yu & Wu 2017 print as stable (eq. 10-12, 21-24), through the present gamma and eta.
 
     Their gamma < 4 alpha beta/(2 - alpha), in their convention, is g2 < 2 alpha beta/(2 - alpha); their upper bound on
-    beta is 13/6 (4 - 2 alpha). Their bound on delta does not depend on beta.
+    beta is 13/6 (4 - 2 alpha); their delta < 24 (2 - alpha) is g3 < 4 (2 - alpha), which bounds alpha alone.
 
     Args:
-        gains: their order and gamma are used.
+        gains: their order, gamma and eta are used.
         plane: other planes than (alpha, beta) give nothing.
 
     Returns:
@@ -199,8 +215,8 @@ def printed_slice(gains: Gains, plane: tuple[str, str] = ("alpha", "beta")) -> t
     if gains.order == 2 or tuple(plane) != ("alpha", "beta") or not g[2] > 0:
         return np.empty(0), np.empty(0)
     # The bounds on beta meet where 13/3 (2 - alpha) = g2 (2 - alpha)/(2 alpha).
-    left, right = float(6 * g[2] / 52), 2.0
-    if left >= right:
+    left, right = float(3 * g[2] / 26), float(2 - g[3] / 4) if gains.order == 4 else 2.0
+    if left >= right or right > 2 or (gains.order == 4 and g[3] <= 0):
         return np.empty(0), np.empty(0)
     alpha = left + (right - left) * (1 - np.cos(np.linspace(0, np.pi, 100))) / 2
     low, high = g[2] * (2 - alpha) / (2 * alpha), 13 / 6 * (4 - 2 * alpha)
@@ -221,13 +237,23 @@ def region_surface(rows: int = 24, columns: int = 48) -> tuple[FloatArray, NDArr
     Returns:
         Vertices, shape (n, 3): normalised alpha, beta, gamma; and triangles, shape (m, 3): indices of their corners,
         counter-clockwise seen from outside.
+
+    Raises:
+        InputError: for a number of steps that is not a whole number from 1 on.
     """
-    numbers: dict[tuple[float, float, float], int] = {}
+    rows, columns = int(STEPS.check("rows", rows)), int(STEPS.check("columns", columns))
+    points: list[tuple[float, float, float]] = []
+    numbers: dict[tuple[float, ...], int] = {}
 
     def vertex(alpha: float, share: float, height: float) -> int:
         """Number of the point at beta = share (4 - 2 alpha), gamma = height times the roof."""
         point = (alpha, share * (4 - 2 * alpha), height * 4 * alpha * share)
-        return numbers.setdefault((round(point[0], 12), round(point[1], 12), round(point[2], 12)), len(numbers))
+        # Points that differ by rounding alone are one; kept in full, since a double pole feels the square root of it.
+        key = tuple(round(coordinate, 12) for coordinate in point)
+        if key not in numbers:
+            numbers[key] = len(points)
+            points.append(point)
+        return numbers[key]
 
     alphas = [2 * i / columns for i in range(columns + 1)]
     shares = [j / rows for j in range(rows + 1)]
@@ -243,15 +269,11 @@ def region_surface(rows: int = 24, columns: int = 48) -> tuple[FloatArray, NDArr
     sheet([[vertex(alpha, share, 1) for share in shares] for alpha in alphas], flip=False)
     sheet([[vertex(alpha, share, 0) for share in shares] for alpha in alphas], flip=True)
     sheet([[vertex(alpha, 1, share) for share in shares] for alpha in alphas], flip=True)
-    return np.array(list(numbers)), np.array(faces, dtype=np.int32)
+    return np.array(points), np.array(faces, dtype=np.int32)
 
 
 def nearest_stable(gains: Gains, radius: float = RADIUS) -> Gains:
     """The nearest gains, by Euclidean distance of the normalised vectors, whose poles all lie within a radius.
-
-    The polynomials with all roots in the unit disc are the image of the box [-1, 1]^order of reflection coefficients
-    under the step-up recursion, and gains are affine in the coefficients of the polynomial. The squared distance is a
-    parabola in each reflection coefficient, so that it is minimised by turns exactly, from many starts.
 
     Args:
         gains: any set; comes back as it is where its poles already lie within the radius.
@@ -263,71 +285,9 @@ def nearest_stable(gains: Gains, radius: float = RADIUS) -> Gains:
     Raises:
         InputError: for a radius outside (0, 1).
     """
-    if not 0 < radius < 1:
-        raise InputError("radius", "must be > 0 and < 1", radius)
-    if is_stable(gains) and is_stable(_shrunk(gains, radius)):
+    radius = WITHIN.check("radius", radius)
+    # Poles lie within the radius where the gains that have them divided by it are stable; a billionth is let pass, so
+    # that what this function gives comes back from it as it is.
+    if is_stable(gains) and stable(scaled_poles(gains.vector, (1 - 1e-9) / radius)):
         return gains
-    order = gains.order
-    powers = np.power(radius, np.arange(1.0, order + 1))
-    base, matrix = _gains_of_coefficients(order)
-    reflections = np.array(list(product((-0.9, -0.3, 0.3, 0.9), repeat=order)))
-    target = gains.vector
-    best = _miss(reflections, powers, base, matrix, target)
-    for sweep in range(_SWEEPS):
-        if sweep == _ALL_STARTS:
-            reflections = reflections[np.argsort(best)[:_KEPT_STARTS]]
-            best = _miss(reflections, powers, base, matrix, target)
-        before = best
-        for k in range(order):
-            ends = []
-            for end in (-1.0, 1.0):
-                reflections[:, k] = end
-                ends.append(_residual(reflections, powers, base, matrix, target))
-            middle, slope = (ends[0] + ends[1]) / 2, (ends[1] - ends[0]) / 2
-            steep = np.einsum("ij,ij->i", slope, slope)
-            wanted = -np.einsum("ij,ij->i", slope, middle) / np.where(steep > 0, steep, 1.0)
-            reflections[:, k] = np.clip(wanted, -1, 1)
-        best = _miss(reflections, powers, base, matrix, target)
-        if np.max(before - best) <= 1e-13 * max(1.0, float(best.min())):
-            break
-    chosen = reflections[int(np.argmin(best))][None]
-    found = _residual(chosen, powers, base, matrix, target)[0] + target
-    return Gains.normalised(found).to(gains.convention)
-
-
-def _shrunk(gains: Gains, radius: float) -> Gains:
-    """Gains whose poles are those of `gains` divided by the radius: stable where all of those lie within it."""
-    base, matrix = _gains_of_coefficients(gains.order)
-    coefficients = np.linalg.solve(matrix.T, gains.vector - base)
-    return Gains.normalised(base + (coefficients / radius ** np.arange(1, gains.order + 1)) @ matrix)
-
-
-def _gains_of_coefficients(order: int) -> tuple[FloatArray, FloatArray]:
-    """Gains as an affine map of the coefficients of z^order + c1 z^(order-1) + ...: base + c @ matrix."""
-    at_zero = gains_from_poles([0j] * order)
-    rows = []
-    for k in range(1, order + 1):
-        # The polynomial z^(order-k) (z^k - 1) has c_k = -1.
-        roots = [np.exp(2j * np.pi * i / k) for i in range(k)] + [0j] * (order - k)
-        rows.append(at_zero - gains_from_poles(roots))
-    return at_zero, np.array(rows)
-
-
-def _coefficients(reflections: FloatArray) -> FloatArray:
-    """Step-up recursion: coefficients c1 ... of the polynomials with the given reflections, shape (n, order)."""
-    polynomial = np.empty((len(reflections), 0))
-    for k in range(reflections.shape[1]):
-        last = reflections[:, k : k + 1]
-        polynomial = np.hstack((polynomial + last * polynomial[:, ::-1], last))
-    return polynomial
-
-
-def _residual(
-    reflections: FloatArray, powers: FloatArray, base: FloatArray, matrix: FloatArray, target: FloatArray
-) -> FloatArray:
-    return base + (_coefficients(reflections) * powers) @ matrix - target
-
-
-def _miss(*arguments: FloatArray) -> FloatArray:
-    residual = _residual(*arguments)
-    return np.einsum("ij,ij->i", residual, residual)
+    return Gains.normalised(nearest_within(gains.vector, radius)).to(gains.convention)

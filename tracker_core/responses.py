@@ -12,12 +12,12 @@ from math import factorial
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker_core.checks import Domain, InputError
+from tracker_core.checks import POSITIVE, Domain, InputError
 from tracker_core.conventions import Gains
 from tracker_core.filters import run_filter
 from tracker_core.motion import transition
-from tracker_core.poles import characteristic_polynomial
-from tracker_core.stability import is_stable
+from tracker_core.poles import offset_polynomial
+from tracker_core.stability import is_stable, stable
 from tracker_core.types import ORDERS, FloatArray, Measurements
 
 SETTLED = 0.02
@@ -100,9 +100,10 @@ def variance_reduction(gains: Gains, interval: float = 1.0) -> Variances:
         interval: T, s.
 
     Raises:
-        InputError: for gains that are not stable.
+        InputError: for gains that are not stable, or an interval that is not positive.
     """
     require_stable(gains)
+    interval = POSITIVE.check("interval", interval)
     a, g = closed_loop(gains), gains.vector
     p = lyapunov(a, np.outer(g, g))
     f = transition(gains.order, 1.0)[0]
@@ -121,24 +122,21 @@ def noise_gain(vectors: FloatArray) -> FloatArray:
     Returns:
         Shape (...); NaN where the gains are not stable.
     """
-    g = np.asarray(vectors, dtype=np.float64)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        numerator, denominator, stable = (_noise2, _noise3, _noise4)[g.shape[-1] - 2](*np.moveaxis(g, -1, 0))
-        return np.where(stable, numerator / denominator, np.nan)
+    numerator, denominator = (_noise2, _noise3, _noise4)[vectors.shape[-1] - 2](*np.moveaxis(vectors, -1, 0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(stable(vectors), numerator / denominator, np.nan)
 
 
-Ratio = tuple[FloatArray, FloatArray, NDArray[np.bool_]]
+Ratio = tuple[FloatArray, FloatArray]
 
 
 def _noise2(a: FloatArray, b: FloatArray) -> Ratio:
-    wall = 4 - 2 * a - b
-    return 2 * a**2 + 2 * b - 3 * a * b, a * wall, (a > 0) & (a < 2) & (b > 0) & (wall > 0)
+    return 2 * a**2 + 2 * b - 3 * a * b, a * (4 - 2 * a - b)
 
 
 def _noise3(a: FloatArray, b: FloatArray, c: FloatArray) -> Ratio:
     wall, roof = 4 - 2 * a - b, 2 * a * b - c * (2 - a)
-    numerator = 2 * b * (2 * a**2 + 2 * b - 3 * a * b) - a * c * wall
-    return numerator, wall * roof, (a > 0) & (a < 2) & (b > 0) & (wall > 0) & (c > 0) & (roof > 0)
+    return 2 * b * (2 * a**2 + 2 * b - 3 * a * b) - a * c * wall, wall * roof
 
 
 def _noise4(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> Ratio:
@@ -156,9 +154,7 @@ def _noise4(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> Ratio
         + 4 * b * c
         - 48 * c
     )
-    numerator = without_jerk + d * linear + d**2 * (12 * a - 18 * a**2 + 3 * a * c - 2 * c)
-    stable = (d > 0) & (c > 0) & (4 * a > c) & (3 * b > d) & (wall > 0) & (roof > 0)
-    return numerator, wall * roof, stable
+    return without_jerk + d * linear + d**2 * (12 * a - 18 * a**2 + 3 * a * c - 2 * c), wall * roof
 
 
 def require_stable(gains: Gains) -> None:
@@ -171,9 +167,12 @@ def lag_coefficient(vectors: FloatArray) -> FloatArray:
     """Steady lag of the smoothed position per T^m and unit m-th derivative: (1 - g0)/g_last.
 
     Args:
-        vectors: normalised gains, shape (..., order).
+        vectors: normalised gains, shape (..., order); has a meaning where they are stable.
+
+    Returns:
+        Shape (...); infinite where the last gain is so small that the quotient overflows.
     """
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         return (1 - vectors[..., 0]) / vectors[..., -1]
 
 
@@ -190,10 +189,12 @@ def frequency_response(gains: Gains, frequency: FloatArray) -> FrequencyResponse
     frequency = np.asarray(frequency, dtype=np.float64)
     for value in frequency[~((frequency >= FREQUENCY.low) & (frequency <= FREQUENCY.high))][:1]:
         FREQUENCY.check("frequency", value)
-    z = np.exp(2j * np.pi * frequency)
+    polynomial = offset_polynomial(gains)
+    # z - 1, and what is left of p(z) without its first term: nothing cancels at low frequencies.
+    offset = 2j * np.sin(np.pi * frequency) * np.exp(1j * np.pi * frequency)
+    rest, power = np.polyval(polynomial[1:], offset), offset**gains.order
     with np.errstate(divide="ignore", invalid="ignore"):
-        error = (z - 1) ** gains.order / np.polyval(characteristic_polynomial(gains), z)
-    return FrequencyResponse(frequency, 1 - error, 1 - (1 - gains.vector[0]) * error)
+        return FrequencyResponse(frequency, rest / (rest + power), (rest + gains.vector[0] * power) / (rest + power))
 
 
 def time_response(gains: Gains, degree: int, samples: int) -> TimeResponse:
@@ -231,6 +232,8 @@ def step_figures(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     flat = np.zeros((int(np.prod(vectors.shape[:-1])), max(ORDERS)))
     flat[:, : vectors.shape[-1]] = np.reshape(vectors, (len(flat), -1))
+    # A response on the border may die away while a pole on the circle is not excited.
+    flat[~stable(vectors).ravel()] = np.nan
     overshoot, settling = np.empty(len(flat)), np.empty(len(flat))
     step_response(flat, SETTLED, HORIZON, overshoot, settling)
     return overshoot.reshape(vectors.shape[:-1]), settling.reshape(vectors.shape[:-1])

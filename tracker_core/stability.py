@@ -8,10 +8,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tracker_core.conventions import Gains
 from tracker_core.poles import characteristic_polynomial, poles
 from tracker_core.types import FloatArray
+
+INEQUALITIES: dict[int, tuple[str, ...]] = {
+    2: ("α > 0", "2 − α > 0", "β > 0", "4 − 2α − β > 0"),
+    3: ("α > 0", "2 − α > 0", "β > 0", "4 − 2α − β > 0", "γ > 0", "2αβ − γ(2 − α) > 0"),
+    4: (
+        "η > 0",
+        "γ > 0",
+        "4α − γ > 0",
+        "3β − η > 0",
+        "48 + η − 24α − 12β > 0",
+        "6αβγ + 3αγ² + αγη − 6α²η − 6γ² > 0",
+    ),
+}
+"""The exact stable region of each order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,35 +73,50 @@ class Verdict:
         return jury_table(characteristic_polynomial(self.gains))
 
 
+def region_margins(vectors: FloatArray) -> FloatArray:
+    """The left-hand sides of the inequalities in INEQUALITIES, for many gain sets at once.
+
+    Args:
+        vectors: normalised gains, shape (..., order).
+
+    Returns:
+        Shape (..., number of inequalities); all of a row are positive exactly where its gains are stable.
+    """
+    g0, g1, *higher = np.moveaxis(np.asarray(vectors, dtype=np.float64), -1, 0)
+    if not higher:
+        return np.stack((g0, 2 - g0, g1, 4 - 2 * g0 - g1), axis=-1)
+    if len(higher) == 1:
+        g2 = higher[0]
+        return np.stack((g0, 2 - g0, g1, 4 - 2 * g0 - g1, g2, 2 * g0 * g1 - g2 * (2 - g0)), axis=-1)
+    g2, g3 = higher
+    product = 6 * g0 * g1 * g2 + 3 * g0 * g2**2 + g0 * g2 * g3
+    return np.stack(
+        (
+            g3,
+            g2,
+            4 * g0 - g2,
+            3 * g1 - g3,
+            48 + g3 - 24 * g0 - 12 * g1,
+            product - 6 * g0**2 * g3 - 6 * g2**2,
+        ),
+        axis=-1,
+    )
+
+
+def stable(vectors: FloatArray) -> NDArray[np.bool_]:
+    """Whether every pole lies inside the unit circle: normalised gains (..., order) to shape (...)."""
+    return np.all(region_margins(vectors) > 0, axis=-1)
+
+
+def is_stable(gains: Gains) -> bool:
+    """Whether every pole lies inside the unit circle, by the exact region."""
+    return bool(stable(gains.vector))
+
+
 def region_conditions(gains: Gains) -> tuple[Condition, ...]:
     """The exact stable region of the order as inequalities (Jury's test, simplified)."""
-    g = gains.vector
-    triangle = Condition("4 − 2α − β > 0", float(4 - 2 * g[0] - g[1]))
-    if gains.order == 2:
-        return (
-            Condition("α > 0", float(g[0])),
-            Condition("2 − α > 0", float(2 - g[0])),
-            Condition("β > 0", float(g[1])),
-            triangle,
-        )
-    if gains.order == 3:
-        return (
-            Condition("α > 0", float(g[0])),
-            Condition("2 − α > 0", float(2 - g[0])),
-            Condition("β > 0", float(g[1])),
-            triangle,
-            Condition("γ > 0", float(g[2])),
-            Condition("2αβ − γ(2 − α) > 0", float(2 * g[0] * g[1] - g[2] * (2 - g[0]))),
-        )
-    product = 6 * g[0] * g[1] * g[2] + 3 * g[0] * g[2] ** 2 + g[0] * g[2] * g[3]
-    return (
-        Condition("η > 0", float(g[3])),
-        Condition("γ > 0", float(g[2])),
-        Condition("4α − γ > 0", float(4 * g[0] - g[2])),
-        Condition("3β − η > 0", float(3 * g[1] - g[3])),
-        Condition("48 + η − 24α − 12β > 0", float(48 + g[3] - 24 * g[0] - 12 * g[1])),
-        Condition("6αβγ + 3αγ² + αγη − 6α²η − 6γ² > 0", float(product - 6 * g[0] ** 2 * g[3] - 6 * g[2] ** 2)),
-    )
+    margins = region_margins(gains.vector).tolist()
+    return tuple(Condition(*pair) for pair in zip(INEQUALITIES[gains.order], margins, strict=True))
 
 
 def jury_table(polynomial: FloatArray) -> tuple[Condition, ...]:
@@ -136,16 +166,11 @@ def assess(gains: Gains) -> Verdict:
     )
 
 
-def is_stable(gains: Gains) -> bool:
-    """Whether every pole lies inside the unit circle, by the exact region."""
-    return all(condition.holds for condition in region_conditions(gains))
-
-
 def printed_conditions(gains: Gains) -> tuple[Condition, ...]:
     """The bounds that Yu & Wu 2017 print for orders 3 (eq. 10-12) and 4 (eq. 21-24); empty for order 2.
 
-    In their convention, "half". Their factor 13/6 admits unstable gains at order 3; at order 4 the bounds neither
-    contain the stable region nor lie in it.
+    In their convention, "half". At order 3 they hold for all stable gains, and for unstable ones too, by the factor
+    13/6 where 1 is right; at order 4 they neither contain the stable region nor lie in it.
     """
     if gains.order == 2:
         return ()

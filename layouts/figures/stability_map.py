@@ -56,6 +56,9 @@ def stability_map(shown: Shown) -> Figure:
     background, forbidden = _background(shown, ranges), _forbidden(shown, ranges)
     data = _base(shown, plane)
     data[BACKGROUND], data[FORBIDDEN] = background, forbidden
+    if shown.view.background != "none":
+        # The colours of the background are read from a scale: nothing may tint them.
+        data[0]["fillcolor"] = data[1]["fillcolor"] = "rgba(0,0,0,0)"
     for index, (name, curve) in enumerate(design_curves(gains.order, plane)):
         data.append(
             {
@@ -289,8 +292,10 @@ def _forbidden(shown: Shown, ranges: list[list[float]]) -> dict[str, Any]:
         vectors, cells = _grid(shown, ranges)
         bad = exceeded(vectors, limits, shown.settings.experiment.interval)
         part = {**cells, "z": [[1 if value else None for value in row] for row in bad.tolist()]}
+    # A contour as well, so that it lies over the background.
     return {
-        "type": "heatmap", **part, "zmin": 0, "zmax": 1, "showscale": False, "hoverinfo": "skip",
+        "type": "contour", **part, "contours": {"coloring": "heatmap", "showlines": False}, "zmin": 0, "zmax": 1,
+        "autocontour": False, "ncontours": 1, "showscale": False, "hoverinfo": "skip", "showlegend": False,
         "colorscale": [[0, t["forbidden"]], [1, t["forbidden"]]], "name": "Beyond your limits",
     }  # fmt: skip
 

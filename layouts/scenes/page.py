@@ -11,7 +11,7 @@ from importlib.resources import files
 
 from fastapi.responses import Response
 
-from layouts.scenes.stage import rgb
+from layouts.scenes.stage import channels
 from layouts.theme import tokens
 
 POLICY = (
@@ -36,7 +36,7 @@ def _adapted(theme: str) -> str:
     """viser's page with a script and a style before everything else."""
     text = files("viser").joinpath("client/build/index.html").read_text(encoding="utf-8")
     t = tokens(theme)
-    ink, paper = (", ".join(f"{part / 255:.4f}" for part in rgb(t[name])) for name in ("ink-soft", "surface"))
+    ink, paper = (", ".join(f"{part / 255:.4f}" for part in channels(t[name])) for name in ("ink-soft", "surface"))
     script = (
         # It connects again only while it has the focus, which a frame seldom has.
         'document.hasFocus=()=>document.visibilityState==="visible";'

@@ -53,7 +53,10 @@ class TrackPicture:
     Attributes:
         key: stays the same as long as times, truth and observed do.
         times: shape (n_samples,), s, increasing.
-        truth, observed, predicted, smoothed: shape (n_samples, n_axes), m, one to three axes; NaN where there is none.
+        truth: shape (n_samples, n_axes), m, one to three axes.
+        observed: same shape; NaN where a measurement is missing.
+        predicted: same shape; NaN where there is none.
+        smoothed: same shape; NaN where there is none.
         cursor: index of the sample that is looked at.
         trail: whether the last steps before the cursor are drawn bold.
         names: of the axes, for their labels.
@@ -112,12 +115,15 @@ class TrackDrawing:
     """The samples of a track that are drawn.
 
     Attributes:
-        key, names, theme: as in the picture.
+        key: as in the picture.
         times: shape (n_drawn,), s.
         series: truth, observed, predicted and smoothed, each of shape (n_drawn, n_axes), m.
         cursor_time: of the sample that is looked at, s.
         cursor: observed and smoothed of that sample, each of shape (n_axes,), m.
-        trail_times, trail: the smoothed steps that lead to it, shapes (n_trail,) and (n_trail, n_axes).
+        trail_times: of the steps that lead to it, shape (n_trail,), s.
+        trail: smoothed positions of these, shape (n_trail, n_axes), m.
+        names: of the axes.
+        theme: as in the picture.
     """
 
     key: str

@@ -36,7 +36,19 @@ Three = tuple[float, float, float]
 
 
 class Camera(msgspec.Struct, tag="ViewerCameraMessage", forbid_unknown_fields=True):
-    """Where a camera stands, as viser's page says it."""
+    """Where a camera stands, as viser's page says it.
+
+    Attributes:
+        wxyz: its orientation.
+        position: where it is.
+        fov: vertical field of view, rad.
+        near: nearest distance that is drawn.
+        far: farthest distance that is drawn.
+        image_height: of the view, pixels.
+        image_width: of the view, pixels.
+        look_at: the point that it turns around.
+        up_direction: of the view.
+    """
 
     wxyz: tuple[float, float, float, float]
     position: Three

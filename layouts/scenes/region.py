@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from layouts.scenes.pictures import Drawing, RegionPicture
 from layouts.scenes.stage import (
+    Anchor,
     Axis,
     Box,
     Colour,
@@ -20,12 +21,12 @@ from layouts.scenes.stage import (
     add_box,
     add_label,
     add_line,
+    channels,
     joined,
     light,
     look,
     mixed,
     place,
-    rgb,
 )
 from layouts.theme import tokens
 from tracker_core.design import DESIGNS
@@ -61,13 +62,13 @@ class RegionScene:
         add_box(scene, BOX, picture.theme)
         vertices, faces = _surface()
         scene.add_mesh_simple(
-            "/region", vertices, faces, color=rgb(t["region-line"]), opacity=0.2, side="double", cast_shadow=False,
+            "/region", vertices, faces, color=channels(t["region-line"]), opacity=0.2, side="double", cast_shadow=False,
             receive_shadow=False,
         )  # fmt: skip
-        line, ground = rgb(t["region-line"]), rgb(t["surface"])
+        line, ground = channels(t["region-line"]), channels(t["surface"])
         add_line(scene, "/region/edges", _edges(), mixed(line, ground, 0.7), 1.5)
         add_line(scene, "/region/rulings", _rulings(), mixed(line, ground, 0.35), 1)
-        add_designs(scene, rgb(t["ink-soft"]))
+        add_designs(scene, channels(t["ink-soft"]))
         self.point = POINT.add(scene, "/gains", _colour(picture), *_places(picture))
 
     def update(self, picture: Drawing) -> bool:
@@ -111,11 +112,12 @@ def add_designs(scene: viser.SceneApi, colour: Colour) -> None:
         # The two families of curves end close to each other: their names go to either side.
         fading = "xi" in DESIGNS[name].parameters
         where = (x - OFFSET if fading else x + OFFSET, y, z)
-        add_label(scene, f"/designs/title-{spot}", named[spot], where, 0.8, "center-right" if fading else "center-left")
+        anchor: Anchor = "center-right" if fading else "center-left"
+        add_label(scene, f"/designs/title-{spot}", named[spot], where, 0.8, anchor, through=True)
 
 
 def _colour(picture: RegionPicture) -> tuple[int, int, int]:
-    return rgb(tokens(picture.theme)["good" if picture.stable else "bad"])
+    return channels(tokens(picture.theme)["good" if picture.stable else "bad"])
 
 
 def _edges() -> Segments:

@@ -49,7 +49,8 @@ class Session:
         loop: of the proxy.
         ended: set when it must end.
         active: when something was last shown or the camera moved, s.
-        client, scene: of viser; None before they are there.
+        client: viser's handle of the browser; None before its camera is placed.
+        scene: what is drawn in it; None before a picture is.
     """
 
     token: str

@@ -42,7 +42,8 @@ class Axis:
 
     Attributes:
         title: written at its end, with the unit.
-        low, high: the ends in the data's own unit.
+        low: the one end in the data's own unit.
+        high: the other end.
         size: its length in the scene.
         unit: by what the data are divided for the numbers at the ticks.
     """
@@ -94,8 +95,8 @@ def mixed(colour: Colour, ground: Colour, part: float) -> Colour:
     return red, green, blue
 
 
-def rgb(colour: str) -> Colour:
-    """A token such as #0072b2 as three numbers of 0 to 255."""
+def channels(colour: str) -> Colour:
+    """A colour of the tokens as three numbers of 0 to 255."""
     return (int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16))
 
 
@@ -172,10 +173,17 @@ _SIDES = np.array([(0, 1, 3), (1, 4, 3), (1, 2, 4), (2, 5, 4), (2, 0, 5), (0, 3,
 
 
 def add_label(
-    scene: viser.SceneApi, name: str, text: str, where: Place, size: float = 0.95, anchor: Anchor = "center-center"
+    scene: viser.SceneApi,
+    name: str,
+    text: str,
+    where: Place,
+    size: float = 0.95,
+    anchor: Anchor = "center-center",
+    *,
+    through: bool = False,
 ) -> None:
-    """A text that always faces the viewer, the same size at any distance."""
-    scene.add_label(name, text, position=where, font_screen_scale=size, anchor=anchor, depth_test=True)
+    """A text that always faces the viewer, the same size at any distance; `through` whatever stands before it."""
+    scene.add_label(name, text, position=where, font_screen_scale=size, anchor=anchor, depth_test=not through)
 
 
 def add_box(scene: viser.SceneApi, box: Box, theme: str, *, flat: bool = False) -> None:
@@ -203,8 +211,8 @@ def add_box(scene: viser.SceneApi, box: Box, theme: str, *, flat: bool = False) 
         # The number at the floor would stand on that of the second axis.
         labels += [(text, (-x - 4 * TICK, y, p)) for text, p in ticks[2] if p > TICK - z]
         titles.append((box[2].title, (-x, y, z + 6 * TICK)))
-    add_line(scene, "/box/grid", np.array(grid, dtype=np.float32), rgb(t["line"]), 1)
-    add_line(scene, "/box/axes", np.array(axes, dtype=np.float32), rgb(t["control"]), 1.5)
+    add_line(scene, "/box/grid", np.array(grid, dtype=np.float32), channels(t["line"]), 1)
+    add_line(scene, "/box/axes", np.array(axes, dtype=np.float32), channels(t["control"]), 1.5)
     for i, (text, where) in enumerate(labels):
         add_label(scene, f"/box/number/{i}", text, where)
     for i, (text, where) in enumerate(titles):

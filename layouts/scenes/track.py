@@ -16,12 +16,12 @@ from layouts.scenes.stage import (
     Segments,
     add_box,
     add_line,
+    channels,
     joined,
     light,
     look,
     mixed,
     place,
-    rgb,
 )
 from layouts.theme import LINES, tokens
 from tracker_core.types import FloatArray
@@ -109,25 +109,25 @@ class TrackScene:
         axes = drawing.series["truth"].shape[1]
         add_box(scene, self.box, drawing.theme, flat=axes == 1)
         truth = self._points("truth")
-        add_line(scene, "/truth", joined(truth), rgb(t["truth"]), LINES["truth"]["width"])
+        add_line(scene, "/truth", joined(truth), channels(t["truth"]), LINES["truth"]["width"])
         if axes > 1:
             shadow = truth.copy()
             shadow[:, 2] = -self.box[2].size / 2
-            add_line(scene, "/shadow", joined(shadow), mixed(rgb(t["truth"]), rgb(t["surface"]), 0.3), 1.5)
+            add_line(scene, "/shadow", joined(shadow), mixed(channels(t["truth"]), channels(t["surface"]), 0.3), 1.5)
         observed = self._points("observed")
         observed = observed[np.isfinite(observed).all(axis=1)]
         observed = observed[:: max(1, -(-len(observed) // DRAWN_MARKERS))]
         scene.add_point_cloud(
-            "/observed", observed, np.array(rgb(t["observed"]), dtype=np.uint8), point_size=0.0035,
+            "/observed", observed, np.array(channels(t["observed"]), dtype=np.uint8), point_size=0.0035,
             point_shape="circle", point_shading="flat", precision="float32",
         )  # fmt: skip
         self.lines = {
-            name: add_line(scene, f"/{name}", joined(self._points(name)), rgb(t[name]), LINES[name]["width"])
+            name: add_line(scene, f"/{name}", joined(self._points(name)), channels(t[name]), LINES[name]["width"])
             for name in ("predicted", "smoothed")
         }
-        self.trail = add_line(scene, "/cursor/trail", self._trail(), rgb(t["marker"]), 4)
-        self.measured = MEASURED.add(scene, "/cursor/observed", rgb(t["observed"]), self._here("observed"))
-        self.cursor = CURSOR.add(scene, "/cursor/smoothed", rgb(t["marker"]), *self._cursor())
+        self.trail = add_line(scene, "/cursor/trail", self._trail(), channels(t["marker"]), 4)
+        self.measured = MEASURED.add(scene, "/cursor/observed", channels(t["observed"]), self._here("observed"))
+        self.cursor = CURSOR.add(scene, "/cursor/smoothed", channels(t["marker"]), *self._cursor())
 
     def update(self, drawing: Drawing) -> bool:
         """Change the lines that are others than before, and move the cursor; False when it needs another scene."""

@@ -11,33 +11,34 @@ from axe_playwright_python.sync_playwright import Axe
 from PIL import Image
 from playwright.sync_api import expect
 
-from benchmarks.scene_browser import decoded
+from benchmarks.scene_browser import View
 from layouts.theme import tokens
 
 TRACK = "3d?samples=120"
+SMALL = (1000, 760)
+"""A scene is drawn by the processor: the fewer pixels the better."""
 
 
 @pytest.fixture
 def told():
-    """What viser tells the scene of a page: every message, as it comes."""
+    """What viser tells the scene of a page."""
 
     def listen(page):
-        messages = []
+        view = View()
 
         def watch(socket):
             if "/viser/" in socket.url:
-                socket.on("framereceived", lambda frame: messages.extend(decoded(frame)))
+                socket.on("framereceived", view.take)
 
         page.on("websocket", watch)
-        return messages
+        return view
 
     return listen
 
 
-def last(messages, name):
-    """The newest position that a node of the scene was given."""
-    found = [m for m in messages if m.get("name") == name and "position" in m]
-    return tuple(np.round(found[-1]["position"], 6)) if found else None
+def point(view):
+    """Where the operating point is in a scene: the corners of its mesh."""
+    return tuple(np.ravel(view.nodes["/gains"]["vertices"])) if "/gains" in view.nodes else None
 
 
 def visit(page, place):
@@ -48,7 +49,7 @@ def visit(page, place):
 
 def wait_for(page, condition):
     """Wait until something holds on this side."""
-    for _ in range(300):
+    for _ in range(600):
         if condition():
             return
         page.wait_for_timeout(50)
@@ -63,28 +64,29 @@ def share_of(shot, colour, tolerance=40):
 
 
 def test_two_browsers_see_two_operating_points(webgl, open_page, told, settle):
-    pages = [open_page(query, using=webgl) for query in ("stability", "stability?xi=0.3")]
+    pages = [open_page(query, using=webgl, size=SMALL) for query in ("stability", "stability?xi=0.3")]
     heard = [told(page) for page in pages]
     for page in pages:
         visit(page, "#stability-scene-card .scene")
-    wait_for(pages[0], lambda: all(last(messages, "/gains/point") for messages in heard))
-    first, second = (last(messages, "/gains/point") for messages in heard)
+    wait_for(pages[0], lambda: all(map(point, heard)))
+    first, second = map(point, heard)
     assert first != second
     # One moves; the other does not.
     pages[0].fill("#stability-xi", "0.1")
     pages[0].press("#stability-xi", "Enter")
     settle(pages[0])
-    wait_for(pages[0], lambda: last(heard[0], "/gains/point") != first)
-    assert last(heard[1], "/gains/point") == second
+    wait_for(pages[0], lambda: point(heard[0]) != first)
+    assert point(heard[1]) == second
 
 
 def test_the_region_is_drawn_and_the_point_has_the_colour_of_the_verdict(webgl, open_page, settle):
-    page = open_page("stability?design=manual&order=3&alpha=0.5&beta=0.5&gamma=0.1", using=webgl)
+    page = open_page("stability?design=manual&order=3&alpha=0.5&beta=0.5&gamma=0.1", using=webgl, size=SMALL)
     visit(page, "#stability-scene-card .scene")
     scene = page.locator("#stability-scene-card .scene")
     good, bad = tokens("light")["good"], tokens("light")["bad"]
 
     def seen(colour):
+        scene.scroll_into_view_if_needed()
         return share_of(page.screenshot(clip=scene.bounding_box()), colour) * 1e4
 
     wait_for(page, lambda: seen(good) > 1)
@@ -97,8 +99,8 @@ def test_the_region_is_drawn_and_the_point_has_the_colour_of_the_verdict(webgl, 
 
 
 def test_the_track_is_drawn_played_and_scrubbed(webgl, open_page, told, settle):
-    page = open_page(TRACK, using=webgl)
-    messages = told(page)
+    page = open_page(TRACK, using=webgl, size=SMALL)
+    view = told(page)
     page.reload()
     settle(page)
     visit(page, "#track-scene-card .scene")
@@ -112,7 +114,7 @@ def test_the_track_is_drawn_played_and_scrubbed(webgl, open_page, told, settle):
     page.keyboard.press("Home")
     settle(page)
     expect(page.locator("#track-at-text")).to_have_text("1 of 120, 0 s")
-    said = len(messages)
+    said = len(view.sizes)
     page.select_option('[data-part="speed"]', "10")
     page.click('[data-part="play"]')
     expect(page.locator('[data-part="play"]')).to_have_text("Pause")
@@ -120,7 +122,7 @@ def test_the_track_is_drawn_played_and_scrubbed(webgl, open_page, told, settle):
     page.click('[data-part="play"]')
     expect(page.locator('[data-part="play"]')).to_have_text("Play")
     settle(page)
-    assert len(messages) > said + 10
+    assert len(view.sizes) > said + 10
     at = int(re.match(r"(\d+) of 120", page.inner_text("#track-at-text"))[1])
     assert 30 < at < 120
     assert f"at={at}" in page.url
@@ -135,18 +137,18 @@ def test_without_webgl_the_page_says_so_and_shows_the_plane(open_page, plot):
 
 
 def test_a_scene_is_let_go_and_comes_back(webgl, open_page, told):
-    page = open_page("stability", using=webgl)
-    messages = told(page)
+    page = open_page("stability", using=webgl, size=SMALL)
+    view = told(page)
     visit(page, "#stability-scene-card .scene")
-    wait_for(page, lambda: last(messages, "/gains/point"))
+    wait_for(page, lambda: point(view))
     page.clock.install()
     page.mouse.move(5, 5)
     page.clock.fast_forward(11 * 60 * 1000)
     expect(page.locator('#stability-scene-card [data-part="resume"]')).to_be_visible()
     assert page.locator("iframe").count() == 0
-    messages.clear()
+    view.nodes.clear()
     page.click('[data-part="show"]')
-    wait_for(page, lambda: last(messages, "/gains/point"))
+    wait_for(page, lambda: point(view))
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])

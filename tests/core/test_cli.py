@@ -14,6 +14,11 @@ from tracker_core import CONVENTIONS, DESIGNS, METRICS, Experiment, Gains, asses
 from tracker_core.__main__ import main, run_summary
 from tracker_core.exports import track_columns
 from tracker_core.fields import FIELDS
+from tracker_core.merits import merits
+from tracker_core.poles import damping_class
+from tracker_core.region import nearest_stable
+from tracker_core.stability import printed_conditions
+from tracker_core.types import GAIN_NAMES
 
 ROOT = Path(__file__).parents[2]
 GARG = ["run", "--scenario", "garg-constant-velocity"]
@@ -206,6 +211,10 @@ def test_design_in_plain_text(call):
 
 # stability ---------------------------------------------------------------------------------------------------------
 
+STABILITY_KEYS = [
+    "stable", "spectral_radius", "poles", "conditions", "jury", "printed", "damping_class", "merits", "nearest_stable",
+]  # fmt: skip
+
 
 @pytest.mark.parametrize(
     ("flags", "gains"),
@@ -223,11 +232,14 @@ def test_design_in_plain_text(call):
 def test_stability_prints_poles_conditions_and_table(answer, flags, gains):
     summary = answer("stability", *flags)
     verdict = assess(gains)
-    assert list(summary) == ["stable", "spectral_radius", "poles", "conditions", "jury"]
+    assert list(summary) == STABILITY_KEYS
     assert summary["stable"] == verdict.stable
     assert summary["spectral_radius"] == verdict.spectral_radius
     assert [complex(*pole) for pole in summary["poles"]] == list(verdict.poles)
-    for rows, conditions in ((summary["conditions"], verdict.conditions), (summary["jury"], verdict.jury)):
+    for key, conditions in (
+        ("conditions", verdict.conditions), ("jury", verdict.jury), ("printed", printed_conditions(gains)),
+    ):  # fmt: skip
+        rows = summary[key]
         assert [row["condition"] for row in rows] == [condition.text for condition in conditions]
         assert [row["margin"] for row in rows] == [condition.margin for condition in conditions]
         assert [row["holds"] for row in rows] == [condition.holds for condition in conditions]
@@ -238,8 +250,41 @@ def test_stability_prints_poles_conditions_and_table(answer, flags, gains):
 def test_stability_in_plain_text(call):
     status, out, err = call("stability", "--alpha", "0.5", "--beta", "3.5")
     assert (status, err) == (0, "")
-    assert out.splitlines()[0].startswith("unstable (largest pole 1.7")
-    assert [line.split()[0] for line in out.splitlines()[1:]] == ["holds"] * 3 + ["FAILS", "holds", "FAILS", "holds"]
+    first, *conditions, poles, nearest = out.splitlines()
+    assert first.startswith("unstable (largest pole 1.7")
+    assert [line.split()[0] for line in conditions] == ["holds"] * 3 + ["FAILS", "holds", "FAILS", "holds"]
+    assert poles == "poles  -1.70711+0j, -0.292893+0j (alternating)"
+    # The foot of the perpendicular on the slanting side of the triangle with poles within 0.99.
+    assert nearest.startswith("nearest stable gains  alpha 0.2986")
+
+
+def test_stability_in_plain_text_has_the_figures_of_merit(call):
+    out = call("stability", "--alpha", "0.5", "--beta", "0.2", "--gamma", "0.08")[1]
+    assert "as printed by Yu & Wu 2017, in the convention half:" in out
+    figures = {line[:28].strip(): line[28:].strip() for line in out.splitlines()[-7:]}
+    assert figures["Noise gain"] == "0.571429"
+    assert figures["Noise gain, predicted"] == "1.28571"
+    assert figures["Lag per unit"] == "6.25 m"
+    assert figures["Settling time"].endswith(" s")
+    assert "nearest" not in out
+
+
+@pytest.mark.parametrize("flags", [["--interval", "3"], []], ids=str)
+def test_stability_gives_the_figures_of_merit(answer, flags):
+    summary = answer("stability", "--alpha", "0.5", "--beta", "0.2", "--gamma", "0.08", *flags)
+    assert summary["merits"] == merits(Gains((0.5, 0.2, 0.08)), 3.0 if flags else 1.0)
+    assert summary["damping_class"] == damping_class(Gains((0.5, 0.2, 0.08)))
+    assert summary["nearest_stable"] is None
+
+
+@pytest.mark.parametrize("convention", CONVENTIONS)
+def test_stability_shows_the_way_back(answer, convention):
+    flags = ["--alpha", "0.5", "--beta", "3.5", "--gamma", "0.4", "--convention", convention]
+    summary = answer("stability", *flags)
+    found = summary["nearest_stable"]
+    expected = nearest_stable(Gains((0.5, 3.5, 0.4), convention))
+    assert found == {"convention": convention, **dict(zip(GAIN_NAMES, [*expected.values, None], strict=True))}
+    assert [name for name, value in summary["merits"].items() if value is not None] == ["spectral_radius"]
 
 
 # Refusals ----------------------------------------------------------------------------------------------------------
@@ -317,6 +362,7 @@ REFUSED = [
     ("stability --alpha nan --beta 0.2", ["alpha must be a finite number", "'nan'"]),
     ("stability --alpha 1001 --beta 0.2", ["alpha must be a finite number >= -1,000 and <= 1,000", "'1001'"]),
     ("stability --alpha 0.5 --beta 0.2 --convention own", ["convention must be one of", "'own'"]),
+    ("stability --alpha 0.5 --beta 0.2 --interval 0", ["interval must be a finite number >= 1e-06", "'0'"]),
     ("stability --alpha 0.5 --beta 0.2 --order 7", ["order must be a whole number", "'7'"]),
 ]  # fmt: skip
 

@@ -153,6 +153,34 @@ def test_garg_accelerating_truth():
     assert truth.states[:, 0, 2].tolist() == [0, 0, 8, 8]
 
 
+# The climbing turn -------------------------------------------------------------------------------------------------
+
+
+def test_the_climbing_turn_is_a_helix():
+    """Constant speed, constant climb, an acceleration g tan(bank) towards the centre; it starts along x."""
+    times = np.linspace(0, 500, 37)
+    states = SCENARIOS["climbing-turn"].truth(times).states
+    position, velocity, acceleration = states[:, :, 0], states[:, :, 1], states[:, :, 2]
+    assert position[0] == pytest.approx([8000, 4000, 1000], rel=1e-14, abs=0)
+    assert velocity[0] == pytest.approx([180, 0, 12], rel=1e-14, abs=1e-12)
+    assert np.hypot(*velocity[:, :2].T) == pytest.approx(180, rel=1e-14, abs=0)
+    assert np.hypot(*acceleration[:, :2].T) == pytest.approx(9.80665 * math.tan(math.radians(25)), rel=1e-14, abs=0)
+    # Across the course, to the left throughout: the horizontal part of lift in a coordinated turn.
+    assert np.einsum("ij,ij->i", velocity, acceleration) == pytest.approx(0, abs=1e-10)
+    assert (velocity[:, 0] * acceleration[:, 1] - velocity[:, 1] * acceleration[:, 0] > 0).all()
+    assert position[:, 2] == pytest.approx(1000 + 12 * times, rel=1e-14, abs=0)
+    assert not states[:, 2, 2:].any()
+    radius = 180**2 / (9.80665 * math.tan(math.radians(25)))
+    distance = np.hypot(position[:, 0] - 8000, position[:, 1] - 4000 - radius)
+    assert distance == pytest.approx(radius, rel=1e-13, abs=0)
+
+
+def test_the_noise_of_the_climbing_turn_is_larger_in_height():
+    result = run_experiment(Experiment.from_dict({"scenario": "climbing-turn", "samples": 20_000}))
+    errors = result.measurements.positions - result.truth.positions
+    assert errors.std(axis=0) == pytest.approx([30, 30, 60], rel=0.03)
+
+
 # Polynomial targets ------------------------------------------------------------------------------------------------
 
 

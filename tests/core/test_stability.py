@@ -1,5 +1,6 @@
 """Stability: polynomial, poles, Jury's table and the exact regions, against eigenvalues of F (I - K H)."""
 
+import functools
 import re
 
 import numpy as np
@@ -9,45 +10,151 @@ from hypothesis import strategies as st
 
 from tracker_core import Gains, assess
 from tracker_core.poles import characteristic_polynomial, poles
-from tracker_core.stability import jury_table, region_conditions
+from tracker_core.stability import (
+    INEQUALITIES,
+    is_stable,
+    jury_table,
+    printed_conditions,
+    region_conditions,
+    region_margins,
+    stable,
+)
 
 ORDERS = [2, 3, 4]
 DRAWS = 100_000
 BORDER = 1e-9
 
 
+@pytest.fixture(scope="module")
+def draws_of(closed_loop, random_gains, spectral_radius):
+    """100,000 gain sets of an order that are no closer than 1e-9 to the border, and whether each is stable."""
+
+    @functools.cache
+    def drawn(order):
+        g = random_gains(order, DRAWS + 1000, seed=order)
+        radius = spectral_radius(closed_loop(g))
+        away = np.abs(radius - 1) > BORDER
+        return g[away][:DRAWS], radius[away][:DRAWS] < 1
+
+    return drawn
+
+
 @pytest.fixture(scope="module", params=ORDERS, ids="order-{}".format)
-def draws(request, closed_loop, random_gains, spectral_radius):
-    """100,000 gain sets of one order that are no closer than 1e-9 to the border, and whether each is stable."""
-    g = random_gains(request.param, DRAWS + 1000, seed=request.param)
-    radius = spectral_radius(closed_loop(g))
-    away = np.abs(radius - 1) > BORDER
-    return g[away][:DRAWS], radius[away][:DRAWS] < 1
+def draws(request, draws_of):
+    return draws_of(request.param)
 
 
 def test_random_gain_sets_are_a_fair_mixture(draws):
-    g, stable = draws
+    g, expected = draws
     assert len(g) == DRAWS
-    assert 0.2 < stable.mean() < 0.8
+    assert 0.2 < expected.mean() < 0.8
 
 
 def test_verdict_is_that_of_the_eigenvalues(draws):
     """For 100,000 gain sets of each order, by the closed-form region."""
-    g, stable = draws
-    verdicts = [all(c.holds for c in region_conditions(Gains(tuple(row)))) for row in g.tolist()]
-    assert np.flatnonzero(np.array(verdicts) != stable).tolist() == []
+    g, expected = draws
+    assert np.flatnonzero(stable(g) != expected).tolist() == []
 
 
 def test_jury_table_is_that_of_the_eigenvalues(draws):
-    """For a fifth of them, by the general table of the characteristic polynomial."""
-    g, stable = (part[::5] for part in draws)
+    """For as many, by the general table of the characteristic polynomial."""
+    g, expected = draws
     verdicts = [all(c.holds for c in jury_table(characteristic_polynomial(Gains(tuple(row))))) for row in g.tolist()]
-    assert np.flatnonzero(np.array(verdicts) != stable).tolist() == []
+    assert np.flatnonzero(np.array(verdicts) != expected).tolist() == []
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("where", [1.0, -1.0, 1j], ids=["at-one", "at-minus-one", "pair"])
+def test_a_billionth_inside_and_outside_the_border(gains_with_poles, order, where):
+    """The largest pole, or pair, is placed a billionth within the unit circle and beyond it; the others lie inside."""
+    draw = np.random.default_rng(order)
+    count = 2000
+    angles = draw.uniform(0.3, np.pi - 0.3, count)
+    border = [np.full(count, where)] if where != 1j else [np.exp(1j * angles), np.exp(-1j * angles)]
+    rest = order - len(border)
+    other = 0.6 * draw.random((count, rest // 2)) * np.exp(1j * np.pi * draw.random((count, rest // 2)))
+    single = draw.uniform(-0.6, 0.6, (count, rest % 2))
+    others = np.concatenate((other, other.conj(), single), axis=1)
+    for factor, inside in ((1 - BORDER, True), (1 + BORDER, False)):
+        roots = np.concatenate((factor * np.stack(border, axis=1), others), axis=1)
+        g = gains_with_poles(roots)
+        assert (stable(g) == inside).all()
+        for row in g[:200].tolist():
+            gains = Gains(tuple(row))
+            assert is_stable(gains) == assess(gains).stable == inside
+            assert all(c.holds for c in jury_table(characteristic_polynomial(gains))) == inside
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_margins_of_many_are_those_of_each(random_gains, order):
+    g = random_gains(order, 60, seed=order).reshape(3, 20, order)
+    margins = region_margins(g)
+    assert margins.shape == (3, 20, len(INEQUALITIES[order]))
+    for row, expected in zip(g.reshape(-1, order), margins.reshape(60, -1), strict=True):
+        assert [condition.margin for condition in region_conditions(Gains.normalised(row))] == expected.tolist()
+    assert np.array_equal(stable(g), (margins > 0).all(axis=-1))
+
+
+def test_what_is_no_number_is_not_stable():
+    assert stable(np.full((2, 3), np.nan)).tolist() == [False, False]
+
+
+# What has been printed ---------------------------------------------------------------------------------------------
+
+
+def printed(order, g):
+    """Yu & Wu 2017, eq. 10-12 and 21-24, in their convention: the third gain is twice, the fourth six times ours."""
+    a, b, c = g[:, 0], g[:, 1], 2 * g[:, 2]
+    inside = (a > 0) & (a < 2) & (b > 0) & (b < 13 / 6 * (4 - 2 * a)) & (c > 0) & (c < 4 * a * b / (2 - a))
+    return inside & (6 * g[:, 3] > 0) & (6 * g[:, 3] < 24 * (2 - a)) if order == 4 else inside
+
+
+@pytest.mark.parametrize("order", [3, 4])
+def test_printed_conditions_are_those_of_the_paper(random_gains, order):
+    g = random_gains(order, 4000, seed=order)
+    verdicts = [all(c.holds for c in printed_conditions(Gains(tuple(row)))) for row in g.tolist()]
+    assert np.array_equal(verdicts, printed(order, g))
+    assert 0.2 < np.mean(verdicts) < 0.8
+
+
+@pytest.mark.parametrize("order", [3, 4])
+def test_printed_conditions_are_not_the_region(draws_of, order):
+    """At order 3 they let unstable gains pass; at order 4 they refuse stable ones besides."""
+    g, expected = draws_of(order)
+    passed = printed(order, g)
+    assert (passed & ~expected).mean() > 0.03
+    assert ((expected & ~passed).mean() > 0.03) == (order == 4)
+    if order == 3:
+        assert not (expected & ~passed).any()
+
+
+@pytest.mark.parametrize(
+    ("g", "passes", "stays"),
+    [
+        ((0.5, 5.0, 0.1), True, False),
+        ((0.5, 0.3, 0.1), True, True),
+        ((0.5, 5.0, 0.1, 0.1), True, False),
+        ((0.6, 0.5, 0.2, 0.02), True, True),
+        # All poles at -0.2.
+        ((0.9984, 2.0736, 2.7648, 2.0736), True, True),
+        # All poles at -0.9: stable, and refused.
+        ((0.3439, 26.3891 / 6, 1.3718, 13.0321), False, True),
+    ],
+    ids=str,
+)
+def test_printed_conditions_by_hand(g, passes, stays):
+    gains = Gains(g)
+    assert all(condition.holds for condition in printed_conditions(gains)) == passes
+    assert is_stable(gains) == stays
+
+
+def test_nothing_was_printed_for_order_two():
+    assert printed_conditions(Gains((0.5, 0.5))) == ()
 
 
 def test_assessment_is_that_of_the_eigenvalues(closed_loop, spectral_radius, draws):
-    g, stable = (part[:: DRAWS // 1000] for part in draws)
-    for row, expected in zip(g.tolist(), stable, strict=True):
+    g, verdicts = (part[:: DRAWS // 1000] for part in draws)
+    for row, expected in zip(g.tolist(), verdicts, strict=True):
         verdict = assess(Gains(tuple(row)))
         assert verdict.stable == expected == (verdict.spectral_radius < 1)
         assert verdict.spectral_radius == pytest.approx(spectral_radius(closed_loop(row)), rel=1e-5, abs=0)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from layouts.scenes import RegionPicture, TrackPicture
 from layouts.scenes.pictures import DRAWN_SAMPLES, SERIES, TRAIL_SAMPLES
 from layouts.scenes.region import BOX, REACH, _places
-from layouts.scenes.stage import Axis, Pin, joined, mixed, rgb, round_step
+from layouts.scenes.stage import Axis, Pin, channels, joined, mixed, round_step
 from layouts.scenes.track import FLAT, HEIGHT, box_of, points_of
 from layouts.theme import THEMES, tokens
 from tracker_core.checks import InputError
@@ -273,7 +273,7 @@ def test_gains_far_outside_are_drawn_at_the_border(gains):
 def test_the_colours_are_those_of_the_page(theme):
     names = ["truth", "observed", "predicted", "smoothed", "good", "bad", "region-line", "surface", "marker", "line"]
     for name in names:
-        red, green, blue = rgb(tokens(theme)[name])
+        red, green, blue = channels(tokens(theme)[name])
         assert tokens(theme)[name] == f"#{red:02x}{green:02x}{blue:02x}"
     assert mixed((255, 0, 10), (0, 0, 30), 1) == (255, 0, 10)
     assert mixed((255, 0, 10), (0, 0, 30), 0) == (0, 0, 30)

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from tracker_core.checks import Domain
+from tracker_core.checks import Domain, check_choice
 from tracker_core.design import DESIGNS
 from tracker_core.types import FloatArray
 
@@ -37,8 +37,11 @@ def design_curve(name: str, order: int, points: int = 120) -> FloatArray:
 
     Returns:
         Normalised gains, shape (points, order), read-only.
+
+    Raises:
+        InputError: for another design.
     """
-    design = DESIGNS[name]
+    design = DESIGNS[check_choice("design", name, curve_designs(order))]
     ((parameter, domain),) = design.parameters.items()
     values = _values(parameter, domain, points)
     curve = np.array([design.gains(order, **{parameter: float(value)}) for value in values])

@@ -12,10 +12,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from tracker_core.checks import InputError
 from tracker_core.design.base import Design
 from tracker_core.design.kalata import TRACKING_INDEX
 from tracker_core.poles import gains_from_offsets
-from tracker_core.types import FloatArray
+from tracker_core.types import ORDERS, FloatArray
 
 
 def optimal_gains(order: int, tracking_index: float) -> FloatArray:
@@ -23,18 +24,24 @@ def optimal_gains(order: int, tracking_index: float) -> FloatArray:
 
     Args:
         order: 2, 3 or 4.
-        tracking_index: L, > 0.
+        tracking_index: L, in TRACKING_INDEX.
+
+    Raises:
+        InputError: for another order, or a tracking index outside.
     """
-    square = complex(tracking_index) ** 2
+    if order not in ORDERS:
+        raise InputError("order", "must be 2, 3 or 4", order)
+    index = TRACKING_INDEX.check("tracking_index", tracking_index)
+    # Pairs of s and s + 4; where s is close to -4, the second follows from the equation with all its digits.
     if order == 2:
-        roots = _quadratic(square / 4, square)
+        pairs = [(s, -((2 * s / index) ** 2)) for s in _quadratic(index**2 / 4, index**2)]
     elif order == 3:
-        roots = _cubic(tracking_index)
+        pairs = [(s, s * (2 * s / index) ** 2) for s in _cubic(index)]
     else:
         # s^2 = +-i L (s + 6)/6
-        step = 1j * tracking_index / 6
-        roots = [*_quadratic(-step, -6 * step), *_quadratic(step, 6 * step)]
-    return gains_from_offsets([_stable(s) for s in roots])
+        step = 1j * index / 6
+        pairs = [(s, s + 4) for s in (*_quadratic(-step, -6 * step), *_quadratic(step, 6 * step))]
+    return gains_from_offsets([_stable(*pair) for pair in pairs])
 
 
 def _quadratic(b: complex, c: complex) -> list[complex]:
@@ -45,18 +52,17 @@ def _quadratic(b: complex, c: complex) -> list[complex]:
 
 
 def _cubic(tracking_index: float) -> list[complex]:
-    """The roots of s^3 = L^2 (s + 4)/4; scaled by L^(2/3), so that none is lost where L is small or large."""
+    """The roots of s^3 = L^2 (s + 4)/4, by way of s/L^(2/3), so that none is lost where L is small or large."""
     scale = tracking_index ** (2 / 3)
     roots = np.roots([1.0, 0.0, -(tracking_index ** (2 / 3)) / 4, -1.0])
     return [complex(root) * scale for root in roots]
 
 
-def _stable(s: complex) -> complex:
+def _stable(s: complex, s_plus_4: complex) -> complex:
     """u = 1 - z of the root inside the unit circle of z^2 - (s + 2) z + 1 = 0."""
-    root = cmath.sqrt(s * (s + 4))
+    root = cmath.sqrt(s * s_plus_4)
     # u^2 + s u - s = 0 has the roots u and u/(u - 1); the smaller magnitude of 1 - u is the stable one.
-    candidates = [2 * s / (s + root), 2 * s / (s - root)] if s else [0j]
-    return min(candidates, key=lambda u: abs(1 - u))
+    return min(2 * s / (s + root), 2 * s / (s - root), key=lambda u: abs(1 - u))
 
 
 def _formula(order: int) -> Callable[[float], tuple[float, ...]]:
@@ -70,7 +76,7 @@ DESIGN = Design(
     name="steady-kalman",
     title="Steady Kalman",
     parameters={"tracking_index": TRACKING_INDEX},
-    formulas={order: _formula(order) for order in (2, 3, 4)},
+    formulas={order: _formula(order) for order in ORDERS},
     formula={
         2: "poles from s² + Λ²(s + 4)/4 = 0,  s = z + 1/z − 2",
         3: "poles from s³ = Λ²(s + 4)/4,  s = z + 1/z − 2",

@@ -1,12 +1,13 @@
 """Targets: one file each family, and the ordered registry that menus, docs, command line and tests read."""
 
-from tracker_core.scenarios import garg, jeong_ship, polynomial
+from tracker_core.scenarios import climbing_turn, garg, jeong_ship, polynomial
 from tracker_core.scenarios.base import Recording, Scenario
 
 SCENARIOS: dict[str, Scenario] = {
     scenario.name: scenario
     for scenario in (
         jeong_ship.SCENARIO,
+        climbing_turn.SCENARIO,
         garg.CONSTANT_VELOCITY,
         garg.CONSTANT_VELOCITY_EARLIER,
         garg.ACCELERATING,
