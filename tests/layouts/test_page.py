@@ -25,7 +25,7 @@ from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.pages.track.answers import DESK as TRACK
 from layouts.shell import frame
 from layouts.state import BACKGROUNDS, EXAGGERATIONS, INPUTS
-from tracker_core import CONVENTIONS, DESIGNS, METRICS, Gains
+from tracker_core import CONVENTIONS, DESIGNS, METRICS, SCENARIOS, Gains
 from tracker_core.experiment import PARAMETERS
 from tracker_core.fields import FIELDS
 from tracker_core.merits import MERITS
@@ -302,7 +302,7 @@ CHOICES = {
     "input": list(INPUTS),
     "exaggerate": list(EXAGGERATIONS),
     "quantity": list(STATE_NAMES),
-    "axis": ["x", "y", "range"],
+    "axis": list(dict.fromkeys(axis for scenario in SCENARIOS.values() for axis in scenario.axes)),
 }
 
 
