@@ -160,10 +160,7 @@ def _notes(shown: Shown, plane: tuple[str, str], ranges: list[list[float]], *, e
         return [_note(0.97, 0.97, text, t["bad"])]
     if plane != ALPHA_BETA or shown.result.gains.order != 2:
         return []
-    places = (
-        (0.42, 1.45, "under-damped"), (0.86, 0.14, "over-damped"),
-        (1.42, 0.5, "alternating"), (0.16, 3.3, "alternating"),
-    )  # fmt: skip
+    places = ((0.42, 1.45, "under-damped"), (0.86, 0.14, "over-damped"), (1.42, 0.5, "alternating"))
     (left, right), (low, high) = ranges
     return [
         _note((x - left) / (right - left), (y - low) / (high - low), text, t["ink-soft"], "center")
@@ -195,10 +192,12 @@ def axis_range(gains: Gains, name: str, border: FloatArray) -> list[float]:
         name: of the gain along the axis.
         border: its values along the border of the slice.
     """
-    if name in RANGES:
-        return RANGES[name]
-    value = abs(float(gains.vector[GAIN_NAMES.index(name)]))
     whole = float(border.max(initial=0.0))
+    if name in RANGES:
+        # With a great eta, beta may be greater than 4.
+        low, high = RANGES[name]
+        return [low, max(high, 1.05 * whole)]
+    value = abs(float(gains.vector[GAIN_NAMES.index(name)]))
     # Where the region reaches far beyond the point, its near part is shown.
     high = round_up(max(min(whole, 25 * value) if value else whole, 1.5 * value, 1e-6))
     return [-0.05 * high, 1.05 * high]
@@ -322,7 +321,8 @@ def exceeded(vectors: FloatArray, limits: Limits, interval: float) -> np.ndarray
     if limits.limit_overshoot is not None or limits.limit_settling is not None:
         overshoot, settling = step_figures(vectors[stable])
         if limits.limit_overshoot is not None:
-            bad[stable] |= 100 * overshoot > limits.limit_overshoot
+            # Where it is not known, nobody can say that it is small.
+            bad[stable] |= ~(100 * overshoot <= limits.limit_overshoot)
         if limits.limit_settling is not None:
             bad[stable] |= settling * interval > limits.limit_settling
     return bad

@@ -18,7 +18,7 @@ from layouts.controls import (
     presets,
     resolve,
 )
-from layouts.state import Settings, View
+from layouts.state import LIMIT_FIELDS, VIEW_FIELDS, Limits, Settings, View
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, Experiment, Gains
 from tracker_core.fields import FIELDS
 
@@ -487,6 +487,13 @@ def test_the_cursor_stays_when_something_else_moves(controls_for, at, index):
         ({"quantity": "acceleration"}, View(quantity=2)),
         ({"exaggerate": "50"}, View(exaggerate=50)),
         ({"at": 3}, View(at=2)),
+        ({"plane": "beta-gamma"}, View(plane=("beta", "gamma"))),
+        ({"background": "lag"}, View(background="lag")),
+        ({"input": "parabola"}, View(input="parabola")),
+        ({"plane": "gamma-eta"}, View()),
+        ({"plane": "gamma-beta"}, View()),
+        ({"background": "gold"}, View()),
+        ({"input": "jerk"}, View()),
         ({"axis": "range"}, View()),
         ({"quantity": "jerk"}, View()),
         ({"exaggerate": "3"}, View()),
@@ -503,6 +510,49 @@ def test_the_view_follows_its_controls_or_stays_at_its_default(controls_for, mov
 def test_a_state_that_a_lower_order_lacks_gives_way_to_the_position(controls_for):
     got = move({**controls_for(), "quantity": "acceleration"}, order=2)
     assert (got.settings.view.quantity, got.controls["quantity"]) == (0, "position")
+
+
+def test_a_plane_that_a_lower_order_lacks_gives_way_to_the_first(controls_for):
+    got = move({**controls_for(), "plane": "beta-gamma"}, order=2)
+    assert (got.settings.view.plane, got.controls["plane"]) == (("alpha", "beta"), "alpha-beta")
+
+
+@pytest.mark.parametrize(
+    "moved", [{"scenario": "constant-velocity"}, {"preset": "jeong2017/gray-murray"}, {"samples": "77"}], ids=str
+)
+def test_what_has_nothing_to_do_with_the_target_stays(controls_for, moved):
+    view = View(exaggerate=20, plane=("beta", "gamma"), background="noise", input="ramp")
+    limits = Limits(limit_noise=0.5, limit_settling=30.0)
+    got = move({**controls_for(view, limits), "at": 5, "axis": "y"}, **moved)
+    kept = replace(view, axis=1) if "samples" in moved else view
+    assert (got.settings.view, got.settings.limits) == (kept, limits)
+    assert {got.controls[name] for name in moved} == set(moved.values()) or got.controls["samples"] == 77
+
+
+# Limits ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", LIMIT_FIELDS)
+def test_a_limit_is_set_and_taken_away(controls_for, name):
+    got = move(controls_for(), **{name: "2.5"})
+    assert got.settings.limits == Limits(**{name: 2.5})
+    assert got.controls[name] == 2.5
+    got = move(got.controls, **{name: ""})
+    assert got.settings.limits == Limits()
+    assert got.controls[name] == ""
+
+
+@pytest.mark.parametrize("entry", ["0", "-1", "nan", "inf", "1e10", "much", "1,5"])
+@pytest.mark.parametrize("name", LIMIT_FIELDS)
+def test_a_limit_that_is_none_is_an_error_beside_its_field(controls_for, name, entry):
+    got = move(controls_for(), **{name: entry})
+    assert (got.settings, [error.field for error in got.errors]) == (None, [name])
+    assert got.controls == {**controls_for(), name: entry}
+
+
+def test_wrong_limits_and_wrong_fields_are_all_named(controls_for):
+    got = move(controls_for(), limit_noise="x", limit_lag="y", samples="z", limit_settling="3")
+    assert {error.field for error in got.errors} == {"limit_noise", "limit_lag", "samples"}
 
 
 # Entries that are wrong --------------------------------------------------------------------------------------------
@@ -560,10 +610,12 @@ def test_no_controls_at_all_are_the_default():
 
 # Anything that JSON can say ----------------------------------------------------------------------------------------
 
-CONTROLS = [*FIELDS, "axis", "quantity", "exaggerate", "at", "preset", "written"]
+CONTROLS = [*FIELDS, *VIEW_FIELDS, *LIMIT_FIELDS, "preset", "written", "point", "pole", "responsiveness"]
 WORDS = st.sampled_from([
     *SCENARIOS, *DESIGNS, *CONVENTIONS, *presets(), "manual", "known", "three-point", "white", "recorded", "none", "x",
-    "y", "range", "position", "jerk", "2", "3", "4", "0.5", "10,20", "", "nan", "-1",
+    "y", "range", "position", "jerk", "2", "3", "4", "0.5", "10,20", "", "nan", "-1", "beta-gamma", "lag", "ramp",
+    "alpha-beta 0.5 0.2", "gamma-eta 0.1 0.01", "beta-gamma 1 nan", "1 0.3 0.1  0.5 0  0.4 0", "0 2 2 2 2",
+    "2 0.9 0  0.5 0.1  0.5 -0.1  0.4 0", "0 0.3 -0.2  0.5 0.1  0.5 -0.1  0.4 0.2  0.4 -0.2",
 ])  # fmt: skip
 NUMBERS = st.sampled_from(
     [0, 1, 2, 3, 4, 5, 0.1, 0.5, 0.99, 1.5, -1, 1000, 3000, 1e-6, 1e300, -0.0, math.nan, math.inf]
@@ -609,7 +661,7 @@ def test_any_movement_from_anywhere_gives_settings_or_errors(before, moved):
     assert_resolved(got)
     if got.settings is None:
         named = {error.field for error in got.errors}
-        assert named <= set(moved) | set(FIELDS)
+        assert named <= set(moved) | set(FIELDS) | {"poles"}
 
 
 @pytest.mark.parametrize(

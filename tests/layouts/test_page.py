@@ -302,7 +302,7 @@ CHOICES = {
     "input": list(INPUTS),
     "exaggerate": list(EXAGGERATIONS),
     "quantity": list(STATE_NAMES),
-    "axis": {axis for scenario in SCENARIOS.values() for axis in scenario.axes},
+    "axis": list(dict.fromkeys(axis for scenario in SCENARIOS.values() for axis in scenario.axes)),
 }
 
 
@@ -463,10 +463,10 @@ def test_every_file_says_what_it_is_for(path):
 
 
 def test_every_field_of_what_is_passed_around_is_explained():
-    """Classes of data list their attributes."""
+    """Classes of our own data list their attributes."""
     for path in MODULES:
         for name, node in public_definitions(path):
-            if isinstance(node, ast.ClassDef):
+            if isinstance(node, ast.ClassDef) and any("dataclass" in ast.dump(mark) for mark in node.decorator_list):
                 fields = [part.target.id for part in node.body if isinstance(part, ast.AnnAssign)]
                 doc = ast.get_docstring(node)
                 # Several of a kind may share a line.

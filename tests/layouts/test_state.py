@@ -7,12 +7,25 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from layouts.state import EXAGGERATIONS, LINK_LIMIT, Settings, View, from_query, to_query
+from layouts.state import (
+    BACKGROUNDS,
+    EXAGGERATIONS,
+    INPUTS,
+    LIMIT_FIELDS,
+    LINK_LIMIT,
+    VIEW_FIELDS,
+    Limits,
+    Settings,
+    View,
+    from_query,
+    to_query,
+)
 from tracker_core import DESIGNS, SCENARIOS, Experiment, run_experiment
 from tracker_core.fields import FIELDS
+from tracker_core.region import PLANES
 
 DEFAULT = Settings(Experiment.from_dict({}))
-NAMES = [*FIELDS, "axis", "quantity", "exaggerate", "at", "pin"]
+NAMES = [*FIELDS, *VIEW_FIELDS, *LIMIT_FIELDS, "pin"]
 
 
 def read(link):
@@ -26,6 +39,7 @@ def read(link):
 @example(wanted=DEFAULT)
 @example(wanted=Settings(DEFAULT.experiment, pin=DEFAULT.experiment))
 @example(wanted=Settings(DEFAULT.experiment, View(axis=1, quantity=2, exaggerate=100, at=0)))
+@example(wanted=Settings(DEFAULT.experiment, limits=Limits(5e-324, 1e9, 0.1, 1 / 3)))
 def test_a_link_round_trips(wanted):
     link = to_query(wanted)
     assert read(link) == (wanted, [])
@@ -41,7 +55,8 @@ def test_the_longest_link_is_short_enough():
             "convention": "taylor", **dict.fromkeys(("alpha", "beta", "gamma", "eta"), -1.2345678901234567e-100),
         }
     )  # fmt: skip
-    wanted = Settings(experiment, View(axis=1, quantity=2, exaggerate=100, at=199_998), experiment)
+    view = View(1, 2, 100, 199_998, ("alpha", "gamma"), "noise", "parabola")
+    wanted = Settings(experiment, view, experiment, Limits(*[1.2345678901234567e-100] * 4))
     assert read(to_query(wanted)) == (wanted, [])
     assert len(to_query(wanted)) <= LINK_LIMIT
 
@@ -88,6 +103,9 @@ def test_the_defaults_give_an_empty_link():
         (Settings(Experiment.from_dict({"noise_std": "10,20"})), "noise_std=10.0%2C20.0"),
         (replace(DEFAULT, view=View(axis=1, quantity=1, exaggerate=20, at=41)),
          "axis=y&quantity=velocity&exaggerate=20&at=42"),
+        (replace(DEFAULT, view=View(plane=("beta", "gamma"), background="lag", input="ramp")),
+         "plane=beta-gamma&background=lag&input=ramp"),
+        (replace(DEFAULT, limits=Limits(limit_lag=2.5, limit_settling=30.0)), "limit_lag=2.5&limit_settling=30.0"),
         (replace(DEFAULT, pin=DEFAULT.experiment), "pin=default"),
         (replace(DEFAULT, pin=Experiment.from_dict({"seed": 2, "xi": 0.5})), "pin=seed%3D2%26xi%3D0.5"),
     ],
@@ -128,6 +146,10 @@ BAD = {
     "quantity": ["jerk", "speed", "1"],
     "exaggerate": ["3", "0", "-1", "1.0", "1000"],
     "at": ["0", "-1", "1001", "1.5", "here", "nan"],
+    "plane": ["gamma-eta", "beta-alpha", "alpha", "alpha beta"],
+    "background": ["gold", "Noise"],
+    "input": ["impulse", "1"],
+    **{name: ["0", "-1", "nan", "inf", "1e10", "none"] for name in LIMIT_FIELDS},
     "colour": ["red"],
     "x" * 40: ["1"],
 }
@@ -141,12 +163,12 @@ def test_a_bad_value_falls_back_and_is_named(name, value):
     assert notes[0].startswith(f"{name} ")
     # Of a list the item is shown, or the list as it was read.
     assert name == "noise_std" or value in notes[0]
-    assert notes[0].rstrip(".").endswith(("the default is used", "the default is shown"))
+    assert notes[0].rstrip(".").endswith(("the default is used", "the default is shown", "no limit is set"))
 
 
 @pytest.mark.parametrize(("name", "value"), [(name, values[0]) for name, values in BAD.items()])
 def test_a_bad_value_takes_no_good_one_with_it(name, value):
-    good = {"seed": "7", "exaggerate": "5", "pin": "seed=3"}
+    good = {"seed": "7", "exaggerate": "5", "background": "lag", "limit_overshoot": "20", "pin": "seed=3"}
     good.pop(name, None)
     got, notes = from_query({**good, name: value})
     assert (got, []) == from_query(good)
@@ -243,6 +265,8 @@ def test_any_link_gives_settings_that_have_a_link(query):
             assert getattr(got.experiment, name) == FIELDS[name].read(name, value)
         elif name == "exaggerate" and value:
             assert str(got.view.exaggerate) == value
+        elif name in LIMIT_FIELDS and value:
+            assert getattr(got.limits, name) == float(value)
 
 
 @pytest.mark.parametrize("design", ["jeong-gray-murray", "jeong-gray-murray-as-run"])
@@ -259,7 +283,17 @@ def test_a_note_shows_a_foreign_value_in_one_short_line(value):
     assert len(note) < 200
 
 
-def test_every_exaggeration_can_be_linked():
-    for factor in EXAGGERATIONS:
-        wanted = replace(DEFAULT, view=View(exaggerate=int(factor)))
+def test_every_choice_of_the_view_can_be_linked():
+    views = [
+        *(View(exaggerate=int(factor)) for factor in EXAGGERATIONS),
+        *(View(background=name) for name in BACKGROUNDS),
+        *(View(input=name) for name in INPUTS),
+    ]
+    for view in views:
+        wanted = replace(DEFAULT, view=view)
         assert read(to_query(wanted)) == (wanted, [])
+    for order, planes in PLANES.items():
+        experiment = Experiment.from_dict({"design": "fading-memory", "order": order, "xi": 0.5})
+        for plane in planes:
+            wanted = Settings(experiment, View(plane=plane))
+            assert read(to_query(wanted)) == (wanted, [])
