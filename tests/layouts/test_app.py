@@ -13,10 +13,15 @@ import pytest
 
 import app
 from layouts.desk import answer
-from layouts.pages.explore.answers import DESK, NUMBERS
+from layouts.pages.explore.answers import DESK as EXPLORE
+from layouts.pages.stability.answers import DESK as STABILITY
+from layouts.pages.track.answers import DESK as TRACK
+from layouts.state import View
 from tracker_core import Experiment
 
 ROOT = Path(__file__).parents[2]
+DESKS = (EXPLORE, STABILITY, TRACK)
+ON_EVERY_PAGE = pytest.mark.parametrize("desk", DESKS, ids=lambda desk: desk.page)
 
 
 class Document(html.parser.HTMLParser):
@@ -144,8 +149,10 @@ def test_the_layout_is_served_with_what_a_link_says(get, dash_app):
     assert '"main"' in json.dumps(layout)
     dependencies = json.loads(get("/_dash-dependencies").text)
     outputs = " ".join(dependency["output"] for dependency in dependencies)
-    for name in ("explore-begun.data", "explore-answered.data", "explore-answer.data", "explore-path.figure"):
-        assert name in outputs
+    for desk in DESKS:
+        wanted = [f"{desk.page}-{name}.data" for name in ("begun", "answered", "answer")]
+        wanted += [f"{plot}.figure" for plot in desk.plots] + [f"{place}.children" for place in desk.tables]
+        assert [name for name in wanted if name not in outputs] == []
 
 
 # The way of the callbacks ------------------------------------------------------------------------------------------
@@ -153,49 +160,57 @@ def test_the_layout_is_served_with_what_a_link_says(get, dash_app):
 
 @pytest.fixture
 def call(http):
-    """What Dash's front end does with a request of the page: the response to the callback."""
-    outputs = [*({"id": plot, "property": "figure"} for plot in DESK.plots), {"id": NUMBERS, "property": "children"},
-               {"id": "explore-answer", "property": "data"}]  # fmt: skip
+    """What Dash's front end does with a request of a page: the response to the callback."""
 
-    def post(question):
+    def post(desk, question):
+        outputs = [
+            *({"id": plot, "property": "figure"} for plot in desk.plots),
+            *({"id": place, "property": "children"} for place in desk.tables),
+            {"id": f"{desk.page}-answer", "property": "data"},
+        ]
         return http(
             "POST",
             "/_dash-update-component",
             json={
                 "output": "..{}..".format("...".join(f"{o['id']}.{o['property']}" for o in outputs)),
                 "outputs": outputs,
-                "inputs": [{"id": "explore-request", "property": "data", "value": question}],
-                "changedPropIds": ["explore-request.data"],
+                "inputs": [{"id": f"{desk.page}-request", "property": "data", "value": question}],
+                "changedPropIds": [f"{desk.page}-request.data"],
             },
         )
 
     return post
 
 
+@ON_EVERY_PAGE
 @pytest.mark.parametrize("samples", [50, 20_000])
-def test_the_callback_gives_figures_tables_and_the_rest(call, controls_for, request_for, samples):
-    question = request_for(controls_for(samples=samples), want=[*DESK.plots, NUMBERS])
-    answered = call(question)
+def test_the_callback_gives_figures_tables_and_the_rest(call, controls_for, request_for, desk, samples):
+    view = View(background="lag")
+    question = request_for(controls_for(view, samples=samples), want=[*desk.plots, *desk.tables])
+    answered = call(desk, question)
     assert answered.status_code == 200
     got = json.loads(answered.text, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))["response"]
-    updates, rest = answer(DESK, question)
-    for plot, figure in zip(DESK.plots, updates, strict=False):
+    updates, rest = answer(desk, question)
+    for plot, figure in zip(desk.plots, updates, strict=False):
         assert got[plot]["figure"] == json.loads(orjson.dumps(figure))
-    assert [table["type"] for table in got[NUMBERS]["children"]] == ["Div", "Div"]
-    assert got["explore-answer"]["data"] == json.loads(json.dumps(rest))
+    for place in desk.tables:
+        assert {table["type"] for table in got[place]["children"]} == {"Div"}
+    assert got[f"{desk.page}-answer"]["data"] == json.loads(json.dumps(rest))
 
 
-def test_the_callback_leaves_plots_alone_after_an_error(call, controls_for, request_for):
-    answered = call(request_for(controls_for(), {"samples": "2"}))
-    assert list(answered.json()["response"]) == ["explore-answer"]
-    assert answered.json()["response"]["explore-answer"]["data"]["errors"].keys() == {"samples"}
+@ON_EVERY_PAGE
+def test_the_callback_leaves_plots_alone_after_an_error(call, controls_for, request_for, desk):
+    answered = call(desk, request_for(controls_for(), {"samples": "2"})).json()["response"]
+    assert list(answered) == [f"{desk.page}-answer"]
+    assert answered[f"{desk.page}-answer"]["data"]["errors"].keys() == {"samples"}
 
 
-def test_the_callback_sends_what_moved_as_patches(call, controls_for, request_for):
+@ON_EVERY_PAGE
+def test_the_callback_sends_what_moved_as_patches(call, controls_for, request_for, desk):
     controls = controls_for(samples=50)
-    drawn = call(request_for(controls)).json()["response"]["explore-answer"]["data"]["drawn"]
-    got = call(request_for(controls, {"xi": 0.3}, drawn=drawn)).json()["response"]
-    for plot in DESK.plots:
+    drawn = call(desk, request_for(controls)).json()["response"][f"{desk.page}-answer"]["data"]["drawn"]
+    got = call(desk, request_for(controls, {"xi": 0.3}, drawn=drawn)).json()["response"]
+    for plot in desk.plots:
         operations = got[plot]["figure"]["operations"]
         assert {"Assign"} == {operation["operation"] for operation in operations}
 

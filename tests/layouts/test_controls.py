@@ -641,7 +641,7 @@ def assert_resolved(got):
     assert again.note == ""
 
 
-@settings(max_examples=300)
+@settings(max_examples=200)
 @given(
     controls=st.dictionaries(NAMES, ANYTHING, max_size=25),
     changed=st.lists(NAMES | SCALARS, max_size=6),
@@ -651,7 +651,7 @@ def test_any_message_gives_settings_or_errors(controls, changed, pin):
     assert_resolved(resolve(controls, changed, pin))
 
 
-@settings(max_examples=300)
+@settings(max_examples=200)
 @given(
     before=st.from_type(Settings),
     moved=st.dictionaries(st.sampled_from(CONTROLS), WORDS | NUMBERS | ANYTHING, min_size=1, max_size=3),

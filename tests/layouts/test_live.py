@@ -12,11 +12,13 @@ from fastapi import FastAPI
 from layouts import desk, live
 from layouts.desk import LONG_RUN
 from layouts.live import MESSAGE_LIMIT, POLICY, TOO_LARGE, UNREADABLE, framed, same_origin
-from layouts.pages.explore.answers import DESK
+from layouts.pages.explore.answers import DESK as EXPLORE
+from layouts.pages.stability.answers import DESK as STABILITY
+from layouts.pages.track.answers import DESK as TRACK
 
 HOST = "gainscope.test:8050"
-PLOTS = list(DESK.plots)
-answer, live_answer = (partial(function, DESK) for function in (desk.answer, desk.live_answer))
+PLOTS = list(EXPLORE.plots)
+answer, live_answer = (partial(function, EXPLORE) for function in (desk.answer, desk.live_answer))
 
 # Parts -------------------------------------------------------------------------------------------------------------
 
@@ -96,6 +98,17 @@ def test_a_good_question_is_answered(talk, question):
     assert kinds(sent) == ["websocket.accept", "websocket.send"]
     assert sent[1]["bytes"] == framed(*live_answer(question))
     assert len(sent[1]["bytes"]) > 10_000
+
+
+@pytest.mark.parametrize("page", [EXPLORE, STABILITY, TRACK], ids=lambda desk: desk.page)
+def test_every_page_has_a_socket_of_its_own(talk, controls_for, request_for, page):
+    _, rest = desk.answer(page, request_for(controls_for()))
+    asked = request_for(controls_for(), {"xi": 0.5}, drawn=rest["drawn"], want=list(page.plots), scene="")
+    assert len(json.dumps(asked)) < MESSAGE_LIMIT / 4
+    sent = talk(json.dumps(asked), path=f"/{page.page}/live")
+    assert kinds(sent) == ["websocket.accept", "websocket.send"]
+    assert sent[1]["bytes"] == framed(*desk.live_answer(page, asked))
+    assert list(text_of(sent[1])["lines"]) == list(page.plots)
 
 
 def test_questions_are_answered_in_their_order(talk, question):
