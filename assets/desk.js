@@ -15,6 +15,8 @@
 
   let page = null;
   let latest = null; // the newest socket
+  let lastSeq = 0; // of all pages: an answer to the page before is none to this one
+  const steps = { past: [], future: [], present: null }; // what the pages showed, as controls and pin
 
   // ------------------------------------------------------------------ elements
 
@@ -179,6 +181,8 @@
 
   // `live` changes come many to the second, from a slider that moves.
   function edit(name, value, from, live) {
+    // What was held was held of the filter as it was.
+    if (!["point", "pole"].includes(name)) gainscope.letGo();
     if (name !== page.touched) text("note", "");
     page.touched = name;
     page.values[name] = value;
@@ -211,7 +215,7 @@
     page.busy = true;
     page.waiting = false;
     page.sentAt = performance.now();
-    page.seq += 1;
+    page.seq = ++lastSeq;
     const live = page.live && !want && page.socket;
     const data = {
       seq: page.seq,
@@ -304,7 +308,8 @@
       root().dataset.state = "settled";
       return;
     }
-    const rest = page.editedAt + REST - performance.now();
+    // A redraw under the hand would move the axes away from it.
+    const rest = gainscope.isHeld() ? REST : page.editedAt + REST - performance.now();
     if (rest > 0) page.resting = setTimeout(settle, rest);
     else send([page.stale.values().next().value]);
   }
@@ -312,10 +317,39 @@
   function writeLink() {
     const query = page.link ? `?${page.link}` : "";
     if (location.search !== query) history.replaceState(history.state, "", query || location.pathname);
-    // The other pages show the same filter.
+    writePageLinks(query);
+  }
+
+  // The other pages show the same filter.
+  function writePageLinks(query) {
     for (const link of document.querySelectorAll(".page-link")) {
       if (link.search !== query) dash_clientside.set_props(link.id, { href: link.pathname + query });
     }
+  }
+
+  // A change that is under way goes along to the next page.
+  document.addEventListener(
+    "click",
+    (event) => {
+      const link = event.target instanceof Element ? event.target.closest(".page-link") : null;
+      if (!link || !root() || event.ctrlKey || event.metaKey || event.shiftKey) return;
+      gainscope.letGo();
+      if (page.leaving === "now" || page.refused) return;
+      event.preventDefault();
+      event.stopPropagation();
+      page.leaving = link;
+      leave();
+    },
+    true,
+  );
+
+  function leave() {
+    if (!page.leaving || page.busy || page.waiting) return;
+    const link = page.leaving;
+    page.leaving = "now";
+    if (page.link !== null) writePageLinks(page.link ? `?${page.link}` : "");
+    // Once the link has its new address.
+    setTimeout(() => link.click());
   }
 
   function markPage() {
@@ -353,7 +387,6 @@
       busy: false,
       waiting: false,
       sentAt: 0,
-      seq: 0,
       drawn: {},
       due: {},
       stale: new Set(),
@@ -367,11 +400,10 @@
       link: null,
       reader: 0,
       touched: "",
+      leaving: null,
+      seq: 0,
       offer: null,
       scene: "",
-      past: [],
-      future: [],
-      present: null,
     };
     hydrate();
     for (const name of Object.keys(page.values)) show(name);
@@ -413,6 +445,7 @@
     else if (outdated.length) send(outdated);
     else if (page.waiting) send();
     else page.resting = setTimeout(settle);
+    leave();
     return answer.seq;
   }
 
@@ -435,7 +468,7 @@
     showCards(answer.cards);
     showRows(answer.rows);
     showOffer(answer.offer);
-    gainscope.showHandles(answer.handles, answer.tone, edit);
+    gainscope.showHandles(answer.handles, edit);
     const menus = JSON.stringify([answer.owned, answer.offers]);
     if (menus !== page.menus) {
       page.menus = menus;
@@ -553,21 +586,21 @@
   // What the page says once it rests is a step; nothing in between is.
   function remember() {
     const now = JSON.stringify([page.values, page.pin]);
-    if (page.present === now) return;
-    if (page.present !== null) {
-      page.past.push(page.present);
-      page.past.splice(0, page.past.length - STEPS_BACK);
-      page.future.length = 0;
+    if (steps.present === now) return;
+    if (steps.present !== null) {
+      steps.past.push(steps.present);
+      steps.past.splice(0, steps.past.length - STEPS_BACK);
+      steps.future.length = 0;
     }
-    page.present = now;
+    steps.present = now;
     showHistory();
   }
 
   function travel(from, to) {
     if (!page || !from.length || page.busy || page.waiting) return;
-    to.push(page.present);
-    page.present = from.pop();
-    [page.values, page.pin] = JSON.parse(page.present);
+    to.push(steps.present);
+    steps.present = from.pop();
+    [page.values, page.pin] = JSON.parse(steps.present);
     page.changed.clear();
     text("note", "");
     for (const name of Object.keys(page.values)) show(name);
@@ -576,14 +609,14 @@
   }
 
   function showHistory() {
-    for (const [name, steps] of [["undo", page.past], ["redo", page.future]]) {
+    for (const [name, steps] of [["undo", steps.past], ["redo", steps.future]]) {
       const button = document.getElementById(name);
       if (button) button.disabled = !steps.length;
     }
   }
 
-  const undo = () => page && travel(page.past, page.future);
-  const redo = () => page && travel(page.future, page.past);
+  const undo = () => travel(steps.past, steps.future);
+  const redo = () => travel(steps.future, steps.past);
 
   document.addEventListener("keydown", (event) => {
     if (!(event.ctrlKey || event.metaKey) || event.altKey || !root()) return;

@@ -48,7 +48,7 @@
     return button;
   }
 
-  function showHandles(handles, tone, edit) {
+  function showHandles(handles, edit) {
     setControl = edit;
     for (const [id, spec] of Object.entries(handles)) {
       const graph = document.getElementById(id);
@@ -65,7 +65,7 @@
       shown.spec = spec;
       shown.buttons.forEach((button, i) => {
         if (button.getAttribute("aria-label") !== spec.labels[i]) button.setAttribute("aria-label", spec.labels[i]);
-        button.dataset.tone = tone;
+        button.dataset.tone = spec.tones[i];
         button.dataset.control = spec.control;
       });
       placeHandles(id);
@@ -97,8 +97,11 @@
       const [left, top] = both.map((axis) => axis._offset);
       const [width, height] = both.map((axis) => axis._length);
       const inside = x >= left - 1 && x <= left + width + 1 && y >= top - 1 && y <= top + height + 1;
-      button.style.transform = `translate(${x}px, ${y}px)`;
-      button.hidden = !inside && !held;
+      // What lies outside stands at the edge, where it can still be taken.
+      const clamp = (value, low, size) => Math.min(low + size, Math.max(low, value));
+      button.style.transform = `translate(${clamp(x, left, width)}px, ${clamp(y, top, height)}px)`;
+      if (inside) delete button.dataset.outside;
+      else button.dataset.outside = "yes";
     });
   }
 
@@ -119,6 +122,8 @@
     };
     button.dataset.held = "yes";
   }
+
+  const clampTo = ([low, high], value) => Math.min(Math.max(low, high), Math.max(Math.min(low, high), value));
 
   function move(to) {
     const { spec } = plots.get(grip.id);
@@ -148,24 +153,26 @@
 
   document.addEventListener("pointerdown", (event) => {
     const button = handleOf(event.target);
-    if (!button || event.button) return;
+    // A second finger has nothing to take while the first holds something.
+    if (!button || event.button || (grip && grip.from)) return;
     event.preventDefault();
     button.focus({ preventScroll: true });
     button.setPointerCapture(event.pointerId);
     take(button);
+    grip.pointer = event.pointerId;
     const box = button.getBoundingClientRect();
     // The point does not jump under a hand that takes it by its edge.
     grip.from = [event.clientX - (box.left + box.width / 2), event.clientY - (box.top + box.height / 2)];
   });
 
   document.addEventListener("pointermove", (event) => {
-    if (!grip || !grip.from || handleOf(event.target)?.dataset.plot !== grip.id) return;
+    if (!grip || event.pointerId !== grip.pointer || !axes(grip.id)) return;
     const box = drawing(grip.id).getBoundingClientRect();
     move(fromPixels(axes(grip.id), [event.clientX - box.left - grip.from[0], event.clientY - box.top - grip.from[1]]));
   });
 
   for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
-    document.addEventListener(end, () => grip && grip.from && letGo());
+    document.addEventListener(end, (event) => grip && event.pointerId === grip.pointer && letGo());
   }
 
   document.addEventListener("keydown", (event) => {
@@ -173,10 +180,14 @@
     const way = ARROWS[event.key];
     if (!button || !way || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
+    // A hand on the mouse comes first.
+    if (grip && grip.from) return;
     take(button);
     const step = plots.get(grip.id).spec.step * (event.shiftKey ? 0.1 : 1);
     // What an arrow does not move keeps every digit.
-    move(grip.at.map((value, i) => (way[i] ? Number((value + way[i] * step).toFixed(12)) : value)));
+    const both = axes(grip.id);
+    const moved = (value, i) => clampTo(both[i].range, Number((value + way[i] * step).toFixed(12)));
+    move(grip.at.map((value, i) => (way[i] ? moved(value, i) : value)));
     clearTimeout(grip.timer);
     grip.timer = setTimeout(letGo, QUIET);
   });
@@ -185,5 +196,10 @@
     if (grip && !grip.from && handleOf(event.target)) letGo();
   });
 
-  window.gainscope = Object.assign(window.gainscope || {}, { showHandles, placeHandles });
+  window.gainscope = Object.assign(window.gainscope || {}, {
+    showHandles,
+    placeHandles,
+    letGo,
+    isHeld: () => Boolean(grip),
+  });
 })();

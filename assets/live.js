@@ -45,8 +45,9 @@
     if (!plot || !plot._fullLayout) return;
     for (const [index, xs, ys] of lines) {
       const trace = plot._fullData[index];
+      if (!trace || !trace.xaxis) continue;
       const [px, py] = [trace.xaxis, trace.yaxis].map((id) => scale(named(plot._fullLayout, id)));
-      const group = trace && plot.querySelector(`.scatterlayer .trace${trace.uid}`);
+      const group = plot.querySelector(`.scatterlayer .trace${trace.uid}`);
       if (!group) continue;
       const strokes = group.querySelectorAll(".js-line, .js-fill");
       if (strokes.length) {

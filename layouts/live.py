@@ -2,7 +2,7 @@
 
 A callback's answer passes through Dash's store in the browser, which costs it several times what computing, sending
 and drawing together cost. While a slider moves, the page asks here instead; without a socket it falls back to the
-callback. The same function answers both.
+callback.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from typing import Any
 
 from layouts.state import Settings, plane_name, to_query
 from layouts.text import significant
-from tracker_core import DESIGNS, SCENARIOS, STARTS, Experiment, Gains, Result
+from tracker_core import DESIGNS, SCENARIOS, STARTS, Experiment, Gains, InputError, Result
 from tracker_core.design import MANUAL
 from tracker_core.experiment import PARAMETERS
 from tracker_core.fields import FIELDS
@@ -17,6 +17,8 @@ from tracker_core.region import PLANES, nearest_stable
 from tracker_core.types import GAIN_NAMES, STATE_NAMES
 
 NEARLY = 0.999
+LEAST_DISTANCE = 0.01
+"""A distance from the optimum of fewer percent is none."""
 
 
 def common_report(result: Result, settings: Settings, *, live: bool) -> dict[str, Any]:
@@ -90,8 +92,12 @@ def distance_text(result: Result) -> str:
     """How far the gains are from the best ones, for under the smooth-responsive knob."""
     if not result.verdict.stable:
         return ""
-    distance = distance_from_optimal(result.gains)
-    if distance.percent < 0.01:
+    try:
+        distance = distance_from_optimal(result.gains)
+    except InputError:
+        # Stable by less than rounding.
+        return ""
+    if distance.percent < LEAST_DISTANCE:
         return "optimal"
     return f"{significant(distance.percent, 3)} % more error variance than optimal"
 

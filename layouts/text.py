@@ -17,8 +17,10 @@ LABELS = {
     "limit_lag": "Greatest lag",
     "limit_overshoot": "Greatest overshoot",
     "limit_settling": "Longest settling",
+    "point": "The point",
+    "pole": "The pole",
 }
-"""What the limits are called."""
+"""What is called by another name than its control."""
 
 
 def significant(value: float, digits: int = 4) -> str:

@@ -216,7 +216,7 @@ def step_response(gains: FloatArray, band: float, horizon: int, overshoot: Float
             if not size < 1e12:
                 break
         overshoot[point] = highest if settled else np.nan
-        settling[point] = last + 1 if settled else np.inf
+        settling[point] = last if settled else np.inf
 
 
 TRACK = {2: track2, 3: track3, 4: track4}

@@ -23,7 +23,7 @@ MERITS: dict[str, Metric] = {
         "P₀₀ of F P Fᵀ"),
     "unit_lag": Metric(
         "Lag per unit", "m", "How far the smoothed position trails a steady manoeuvre of one unit: 1 m/s² for order 2, "
-        "1 m/s³ for order 3, 1 m/s⁴ for order 4.",
+        "1 m/s³ for order 3, 1 m/s⁴ for order 4; negative: it leads.",
         "(1 − α) T^m / g_last, m the order"),
     "overshoot": Metric(
         "Overshoot", "%", "How far the smoothed position shoots past a step of the measured position.",
@@ -40,7 +40,7 @@ MERITS: dict[str, Metric] = {
     "optimal_distance": Metric(
         "From optimal", "%", "How much more error variance these gains cost than the best gains of this order, on the "
         "manoeuvre that suits them best.",
-        "min over Λ of P₀₀(g, Λ) / P₀₀(optimal, Λ) − 1"),
+        "min over Λ of P⁻₀₀(g, Λ) / P⁻₀₀(optimal, Λ) − 1"),
 }  # fmt: skip
 
 
@@ -64,7 +64,7 @@ def merits(gains: Gains, interval: float) -> dict[str, float | None]:
     overshoot, settling = (float(value) for value in step_figures(vector))
     figures |= {
         "noise_gain": float(noise_gain(vector)),
-        "unit_lag": abs(float(lag_coefficient(vector))) * interval**gains.order,
+        "unit_lag": float(lag_coefficient(vector)) * interval**gains.order,
         "overshoot": 100 * overshoot,
         "settling": settling * interval,
         "damping": damping_ratio(slowest),

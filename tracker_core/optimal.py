@@ -19,9 +19,9 @@ import numpy as np
 from tracker_core.checks import POSITIVE, Domain, InputError
 from tracker_core.conventions import Gains
 from tracker_core.design.kalata import TRACKING_INDEX
-from tracker_core.design.steady_kalman import optimal_gains
+from tracker_core.design.steady_kalman import optimal_gains, prediction_variance
 from tracker_core.motion import transition
-from tracker_core.responses import noise_gain, steady_covariance
+from tracker_core.responses import noise_gain, steady_covariance, variance_reduction
 from tracker_core.types import FloatArray
 
 SMOOTHEST, MOST_RESPONSIVE = 1e-4, 100.0
@@ -65,7 +65,7 @@ def process_input(order: int) -> FloatArray:
 
 
 def process_gain(gains: Gains) -> float:
-    """Variance of the smoothed position error per unit variance of the process noise (T = 1).
+    """Variance of the predicted position's error per unit variance of the process noise (T = 1).
 
     Raises:
         InputError: for gains that are not stable by more than rounding.
@@ -73,29 +73,30 @@ def process_gain(gains: Gains) -> float:
     g, drive = gains.vector, process_input(gains.order)
     left = drive - g * drive[0]
     f = transition(gains.order, 1.0)[0]
-    predicted = f @ steady_covariance(gains, np.outer(left, left)) @ f + drive[0] ** 2
-    # By way of the prediction, whose variance keeps its digits where alpha is all but 1.
-    return float((1 - g[0]) ** 2 * predicted)
+    return float(f @ steady_covariance(gains, np.outer(left, left)) @ f + drive[0] ** 2)
 
 
 def distance_from_optimal(gains: Gains) -> Distance:
     """By how much gains miss the optimum, on the model that suits them best.
 
-    On the model with tracking index L the smoothed position error has the variance V + L^2 W per measurement
-    variance, V and W being the gains' own; that of the optimal filter is its alpha. The least ratio over all L in
-    TRACKING_INDEX is sought.
+    On the model with tracking index L the error of the predicted position has the variance V + L^2 W per measurement
+    variance, V and W being the gains' own; that of the optimal filter is alpha/(1 - alpha). The least ratio over all L
+    in TRACKING_INDEX is sought. The prediction is compared, because a filter with alpha = 1 smooths nothing, whatever
+    its other gains are.
 
     Raises:
         InputError: for gains that are not stable by more than rounding.
     """
-    noise, process = float(noise_gain(gains.vector)), process_gain(gains)
-    logs, alphas = _alphas(gains.order)
-    step, best = logs[1] - logs[0], int(np.argmin((noise + np.exp(2 * logs) * process) / alphas))
+    noise, process = variance_reduction(gains).predicted, process_gain(gains)
+    logs, least = _least(gains.order)
+    with np.errstate(over="ignore"):
+        ratios = (noise + np.exp(2 * logs) * process) / least
+    step, best = logs[1] - logs[0], int(np.argmin(ratios))
     at = float(logs[best])
 
     def ratio(at: float) -> float:
         index = _index(at)
-        return (noise + index**2 * process) / float(optimal_gains(gains.order, index)[0])
+        return (noise + index**2 * process) / prediction_variance(gains.order, index)
 
     # The lowest point of the parabola through three, twice: the second time from very near.
     for width in (step, step / 20) if 0 < best < len(logs) - 1 else ():
@@ -111,10 +112,10 @@ def _index(logarithm: float) -> float:
 
 
 @cache
-def _alphas(order: int) -> tuple[FloatArray, FloatArray]:
-    """Logarithms of tracking indices, and the optimal alpha for each."""
+def _least(order: int) -> tuple[FloatArray, FloatArray]:
+    """Logarithms of tracking indices, and the least variance of the prediction for each."""
     logs = np.linspace(log(TRACKING_INDEX.low), log(TRACKING_INDEX.high), 1001)
-    return logs, np.array([optimal_gains(order, _index(at))[0] for at in logs])
+    return logs, np.array([prediction_variance(order, _index(at)) for at in logs])
 
 
 def index_of_noise_gain(order: int, value: float) -> float:

@@ -16,8 +16,11 @@ from tracker_core.checks import InputError
 from tracker_core.conventions import Gains
 from tracker_core.types import ORDERS, FloatArray
 
-SNAP = 0.01
-"""A pole no further than this from the real axis counts as real while a hand moves it."""
+SNAP = 0.008
+"""A pole brought as near as this to the real axis is put on it; near z = 1 a fifth of its distance from there."""
+
+REAL = 2e-3
+"""A pole whose imaginary part is no more of its distance from 1 than this is a real one, but for rounding."""
 
 CLUSTER = 1e-3
 """Equal poles are computed this far apart at most, as a share of their distance from z = 1 (four; fewer are closer)."""
@@ -141,9 +144,9 @@ def move_pole(roots: Sequence[complex], index: int, target: complex) -> tuple[co
     values = [complex(root) for root in roots]
     held = values[index]
     others = [i for i in range(len(values)) if i != index]
-    real = [i for i in others if abs(values[i].imag) <= SNAP]
-    on_axis = abs(target.imag) <= SNAP
-    if abs(held.imag) > SNAP:
+    real = [i for i in others if is_real(values[i])]
+    on_axis = abs(target.imag) <= min(SNAP, abs(1 - target) / 5)
+    if not is_real(held):
         partner = min(others, key=lambda i: abs(values[i] - held.conjugate()))
     elif on_axis or not real:
         partner = None
@@ -156,6 +159,11 @@ def move_pole(roots: Sequence[complex], index: int, target: complex) -> tuple[co
     if partner is not None:
         values[partner] = placed.conjugate()
     return tuple(values)
+
+
+def is_real(pole: complex) -> bool:
+    """Whether a pole lies on the real axis, within what rounding does to equal ones."""
+    return abs(pole.imag) <= REAL * abs(1 - pole)
 
 
 def damping_ratio(pole: complex) -> float:

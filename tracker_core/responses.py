@@ -240,9 +240,8 @@ def step_figures(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         vectors: normalised gains, shape (..., order).
 
     Returns:
-        How far the response passes 1 at most, and the number of samples after which it stays within SETTLED of 1 (the
-        first sample is number 1); each of shape (...), NaN and infinity where the gains are unstable or the response
-        has not died away within HORIZON.
+        How far the response passes 1 at most, and how many intervals after the step it stays within SETTLED of 1; each
+        of shape (...), NaN and infinity where the gains are unstable or the response has not died away within HORIZON.
     """
     from tracker_core.kernels import step_response
 

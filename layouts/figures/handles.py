@@ -21,7 +21,8 @@ def gains_handle(gains: Gains, plane: tuple[str, str]) -> dict[str, Any]:
     """The operating point in a plane of two gains (normalised).
 
     Returns:
-        `control` that it sets; `prefix` of the value set, before the coordinates; `points` (x, y); their `labels`.
+        `control` that it sets; `prefix` of the value set, before the coordinates; `points` (x, y), their `labels` and
+        `tones`; `step` of an arrow key.
     """
     vector = gains.vector
     x, y = (float(vector[GAIN_NAMES.index(name)]) for name in plane)
@@ -33,6 +34,7 @@ def gains_handle(gains: Gains, plane: tuple[str, str]) -> dict[str, Any]:
         "prefix": plane_name(plane),
         "points": [[x, y]],
         "labels": [f"Operating point: {said}"],
+        "tones": ["good" if is_stable(gains) else "bad"],
         "step": STEP,
     }
 
@@ -44,6 +46,7 @@ def pole_handles(poles: tuple[complex, ...]) -> dict[str, Any]:
         "prefix": "",
         "points": [[pole.real, pole.imag] for pole in poles],
         "labels": [f"Pole {i}: {pole_text(pole)}" for i, pole in enumerate(poles, 1)],
+        "tones": ["good" if abs(pole) < 1 else "bad" for pole in poles],
         "step": STEP,
     }
 

@@ -24,18 +24,15 @@ def pole_figure(shown: Shown) -> Figure:
     angle = np.linspace(0, 2 * np.pi, 181)
     curves = equal_damping()
     poles = np.array(verdict.poles)
+    colours = [t["good"] if abs(pole) < 1 else t["bad"] for pole in verdict.poles]
     return {
         "data": [
             _curve(np.cos(angle), np.sin(angle), t["region-line"], 1.5, fill=t["region"]),
-            _curve(*curves, t["line"], 1),
-            _curve(0.5 * np.cos(angle), 0.5 * np.sin(angle), t["line"], 1),
+            _curve(*curves, t["control"], 0.75),
+            _curve(0.5 * np.cos(angle), 0.5 * np.sin(angle), t["control"], 0.75),
             {
                 "type": "scatter", "mode": "markers", "x": poles.real.tolist(), "y": poles.imag.tolist(),
-                "marker": {
-                    "symbol": "x-thin", "size": 12,
-                    "color": t["good"] if verdict.stable else t["bad"],
-                    "line": {"width": 3, "color": t["good"] if verdict.stable else t["bad"]},
-                },
+                "marker": {"symbol": "x-thin", "size": 12, "color": colours, "line": {"width": 3, "color": colours}},
                 "name": "Poles", "hovertemplate": "%{x:.4g} + %{y:.4g}i<extra></extra>",
             },
         ],

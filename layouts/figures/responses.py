@@ -16,7 +16,7 @@ from tracker_core.stability import is_stable
 from tracker_core.types import FloatArray
 
 TIME_MOVING = (META, *xy(1, 2, 3, 4), ("layout", "yaxis2", "range"))
-FREQUENCY_MOVING = (META, *xy(0, 1, 2, 3))
+FREQUENCY_MOVING = (META, *xy(0, 1, 2, 3), ("layout", "annotations"))
 
 SPANS = (30, 100, 300, 1_000)
 """Lengths of the time responses, samples."""
@@ -46,12 +46,13 @@ def time_figure(shown: Shown) -> Figure:
     """The response to the chosen input from rest above, what is missing to the input below."""
     gains, degree, interval = shown.result.gains, INPUTS.index(shown.view.input), shown.settings.experiment.interval
     samples, t = span(gains), tokens(shown.theme)
-    response = time_response(gains, degree, samples)
+    response, unit = time_response(gains, degree, samples), interval**degree
+    given, predicted, smoothed = (part * unit for part in (response.input, response.predicted, response.smoothed))
     times: FloatArray = np.arange(samples, dtype=np.float64) * interval
-    high = max(1.0, float(response.input[-1]))
+    high = float(given[-1])
     upper = (-0.1, 1.8) if degree == 0 else (-0.05 * high, 1.1 * high)
-    errors = {"predicted": response.input - response.predicted, "smoothed": response.input - response.smoothed}
-    reach = error_reach(gains, degree, response.input - response.predicted)
+    errors = {"predicted": given - predicted, "smoothed": given - smoothed}
+    reach = unit * error_reach(gains, degree, response.input - response.predicted)
     limit = 50 * max(high, reach)
 
     def curve(kind: str, y: FloatArray, below: bool = False) -> dict[str, Any]:
@@ -64,9 +65,9 @@ def time_figure(shown: Shown) -> Figure:
 
     return {
         "data": [
-            curve("truth", response.input),
-            curve("predicted", response.predicted),
-            curve("smoothed", response.smoothed),
+            curve("truth", given),
+            curve("predicted", predicted),
+            curve("smoothed", smoothed),
             curve("predicted", errors["predicted"], below=True),
             curve("smoothed", errors["smoothed"], below=True),
         ],
@@ -77,13 +78,13 @@ def time_figure(shown: Shown) -> Figure:
             margin={"l": 56, "r": 12, "t": 30, "b": 40},
             legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
             xaxis={"range": [0, float(times[-1])], "anchor": "y", "showticklabels": False},
-            yaxis={"title": {"text": "position"}, "range": list(upper), "domain": [0.42, 1]},
+            yaxis={"title": {"text": "position (m)"}, "range": list(upper), "domain": [0.42, 1]},
             xaxis2={
                 **_axis(shown), "title": {"text": "time (s)"}, "range": [0, float(times[-1])], "anchor": "y2",
             },
             yaxis2={
-                **_axis(shown), "title": {"text": "input − response"}, "range": [-reach, reach], "domain": [0, 0.34],
-                "anchor": "x2", "zerolinecolor": t["line"],
+                **_axis(shown), "title": {"text": "input − response (m)"}, "range": [-reach, reach],
+                "domain": [0, 0.34], "anchor": "x2", "zerolinecolor": t["line"],
             },
         ),
     }  # fmt: skip
@@ -114,14 +115,15 @@ def frequency_figure(shown: Shown) -> Figure:
     """Magnitude and phase from the measured to the predicted and to the smoothed position."""
     interval = shown.settings.experiment.interval
     frequency = np.geomspace(LOWEST, 0.5, FREQUENCIES)
-    response = frequency_response(shown.result.gains, frequency)
+    response, stable = frequency_response(shown.result.gains, frequency), shown.result.verdict.stable
     hertz = frequency / interval
     ends = [float(np.log10(hertz[0])), float(np.log10(hertz[-1]))]
 
     def curve(kind: str, y: FloatArray, below: bool = False) -> dict[str, Any]:
         place = {"yaxis": "y2", "xaxis": "x2", "showlegend": False} if below else {}
         return {
-            "type": "scatter", "mode": "lines", "x": packed(hertz), "y": packed(y),
+            "type": "scatter", "mode": "lines", "x": packed(hertz),
+            "y": packed(y if stable else np.full_like(y, np.nan)),
             "line": line(kind, shown.theme), "name": NAMES[kind], **place,
         }  # fmt: skip
 
@@ -135,6 +137,7 @@ def frequency_figure(shown: Shown) -> Figure:
         "layout": layout(
             shown.theme,
             uirevision=frequency_key(shown),
+            annotations=[] if stable else [_nothing(shown.theme)],
             meta=shown.meta,
             margin={"l": 56, "r": 12, "t": 30, "b": 40},
             legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
@@ -149,6 +152,15 @@ def frequency_figure(shown: Shown) -> Figure:
                 "anchor": "x2",
             },
         ),
+    }  # fmt: skip
+
+
+def _nothing(theme: str) -> dict[str, Any]:
+    """Said in place of a response that an unstable filter does not have."""
+    return {
+        "x": 0.5, "y": 0.7, "xref": "paper", "yref": "paper", "showarrow": False,
+        "text": "unstable: there is no frequency response",
+        "font": {"color": tokens(theme)["bad"], "size": 13},
     }  # fmt: skip
 
 

@@ -75,7 +75,14 @@ def stability_map(shown: Shown) -> Figure:
     figure["layout"] |= {
         "uirevision": f"{gains.order}|{plane}",
         "showlegend": True,
-        "legend": {"orientation": "h", "x": 0, "y": -0.16, "yanchor": "top", "font": {"size": 11}},
+        "legend": {
+            "orientation": "h",
+            "x": 0,
+            "y": 0,
+            "yref": "container",
+            "yanchor": "bottom",
+            "font": {"size": 11},
+        },
         "margin": {"l": 48, "r": 12, "t": 8, "b": 100},
     }
     return figure
@@ -160,7 +167,7 @@ def _notes(shown: Shown, plane: tuple[str, str], ranges: list[list[float]], *, e
         return [_note(0.97, 0.97, text, t["bad"])]
     if plane != ALPHA_BETA or shown.result.gains.order != 2:
         return []
-    places = ((0.42, 1.45, "under-damped"), (0.86, 0.14, "over-damped"), (1.42, 0.5, "alternating"))
+    places = ((0.42, 1.45, "underdamped"), (0.86, 0.14, "overdamped"), (1.42, 0.5, "alternating"))
     (left, right), (low, high) = ranges
     return [
         _note((x - left) / (right - left), (y - low) / (high - low), text, t["ink-soft"], "center")

@@ -327,7 +327,10 @@ def test_handles_stay_on_their_points_when_plots_are_zoomed_and_resized(open_pag
     page.evaluate(
         """() => Plotly.relayout(document.querySelector('#stability-map .js-plotly-plot'), {'xaxis.range': [1, 2]})"""
     )
-    expect(page.locator(MAP)).to_be_hidden()
+    # Outside, it stands at the edge.
+    left = to_pixels(page, "stability-map", (1, 0.3))
+    assert middle(page.locator(MAP)) == pytest.approx(left, abs=1)
+    expect(page.locator(MAP)).to_have_attribute("data-outside", "yes")
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])

@@ -29,20 +29,21 @@ DRIVE = {2: [1 / 2, 1], 3: [1 / 2, 1, 1], 4: [1 / 6, 1 / 2, 1, 1]}
 
 
 def position_variance(closed_loop, g, tracking_index):
-    """Smoothed, of any gains on the model, by scipy."""
+    """Predicted, of any gains on the model, by scipy."""
     order = len(g)
     f = closed_loop(np.zeros(order))
     keep = np.eye(order) - np.outer(g, np.eye(order)[0])
-    drive = tracking_index * keep @ DRIVE[order]
-    return solve_discrete_lyapunov(keep @ f, np.outer(drive, drive) + np.outer(g, g))[0, 0]
+    noise = tracking_index * np.array(DRIVE[order])
+    drive = keep @ noise
+    p = solve_discrete_lyapunov(keep @ f, np.outer(drive, drive) + np.outer(g, g))
+    return (f @ p @ f.T)[0, 0] + noise[0] ** 2
 
 
 def best_variance(closed_loop, order, tracking_index):
-    """Smoothed, of the Kalman filter, by scipy: P/(P + 1) of the predicted variance."""
+    """Predicted, of the Kalman filter, by scipy."""
     f, h = closed_loop(np.zeros(order)), np.eye(order)[:, :1]
     drive = tracking_index * np.array(DRIVE[order])
-    p = solve_discrete_are(f.T, h, np.outer(drive, drive), [[1.0]])[0, 0]
-    return p / (p + 1)
+    return solve_discrete_are(f.T, h, np.outer(drive, drive), [[1.0]])[0, 0]
 
 
 @pytest.mark.parametrize("order", ORDERS)

@@ -17,6 +17,7 @@ from tracker_core.poles import (
     damping_class,
     damping_ratio,
     gains_from_poles,
+    is_real,
     move_pole,
     offset_polynomial,
     poles,
@@ -209,7 +210,7 @@ def test_moved_poles_stay_closed_and_few_move(roots, data, target):
     changed = [i for i, (old, new) in enumerate(zip(roots, moved, strict=True)) if old != new]
     far = [i for i in changed if i != index and moved[i] != complex(roots[i].real)]
     assert len(far) <= 1
-    assert all(abs(roots[i].imag) <= SNAP for i in changed if i != index and i not in far)
+    assert all(is_real(roots[i]) for i in changed if i != index and i not in far)
     assert moved[index] in {target, complex(target.real)}
     gains_from_poles(moved)
 
@@ -218,8 +219,9 @@ def test_moved_poles_stay_closed_and_few_move(roots, data, target):
 def test_a_hand_that_leaves_the_axis_takes_hold_or_stays(roots, data, target):
     """Only the one real pole of an odd set has no partner."""
     index = data.draw(st.integers(0, len(roots) - 1))
-    alone = abs(roots[index].imag) <= SNAP and sum(abs(root.imag) <= SNAP for root in roots) == 1
-    expected = complex(target.real) if alone or abs(target.imag) <= SNAP else target
+    alone = is_real(roots[index]) and sum(map(is_real, roots)) == 1
+    snapped = abs(target.imag) <= min(SNAP, abs(1 - target) / 5)
+    expected = complex(target.real) if alone or snapped else target
     assert move_pole(roots, index, target)[index] == expected
 
 
@@ -232,7 +234,9 @@ def test_a_hand_that_leaves_the_axis_takes_hold_or_stays(roots, data, target):
         ([0.5 + 0.3j, 0.9, 0.5 - 0.3j], 2, 0.2 - 0.4j, [0.2 + 0.4j, 0.9, 0.2 - 0.4j]),
         # Two equal real poles on the axis and within SNAP of it.
         ([0.5 + 0.3j, 0.5 - 0.3j], 0, 0.7, [0.7, 0.7]),
-        ([0.5 + 0.3j, 0.5 - 0.3j], 0, 0.7 - 0.01j, [0.7, 0.7]),
+        ([0.5 + 0.3j, 0.5 - 0.3j], 0, 0.7 - 0.007j, [0.7, 0.7]),
+        # Near 1, where a slow filter has its poles, much nearer ones are told apart.
+        ([0.993 + 0.007j, 0.993 - 0.007j], 0, 0.992 + 0.007j, [0.992 + 0.007j, 0.992 - 0.007j]),
         # A real pole alone.
         ([0.5, 0.8], 0, 0.1 + 0.005j, [0.1, 0.8]),
         ([0.5, 0.5], 0, 0.1, [0.1, 0.5]),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Callable
+from math import prod
 
 import numpy as np
 
@@ -29,6 +30,22 @@ def optimal_gains(order: int, tracking_index: float) -> FloatArray:
     Raises:
         InputError: for another order, or a tracking index outside.
     """
+    return gains_from_offsets([stable for stable, _ in _offsets(order, tracking_index)])
+
+
+def prediction_variance(order: int, tracking_index: float) -> float:
+    """Variance of the optimal prediction's error per measurement variance: alpha/(1 - alpha).
+
+    Arguments and errors as for `optimal_gains`.
+    """
+    offsets = _offsets(order, tracking_index)
+    alpha = float(gains_from_offsets([stable for stable, _ in offsets])[0])
+    # 1/(1 - alpha) is the product of the poles' reciprocals; each form keeps its digits where the other loses them.
+    return alpha / (1 - alpha) if alpha < 1 / 2 else prod(1 - unstable for _, unstable in offsets).real - 1
+
+
+def _offsets(order: int, tracking_index: float) -> list[tuple[complex, complex]]:
+    """u = 1 - z of every optimal pole, and of its reciprocal outside the unit circle."""
     if order not in ORDERS:
         raise InputError("order", "must be 2, 3 or 4", order)
     index = TRACKING_INDEX.check("tracking_index", tracking_index)
@@ -41,7 +58,7 @@ def optimal_gains(order: int, tracking_index: float) -> FloatArray:
         # s^2 = +-i L (s + 6)/6
         step = 1j * index / 6
         pairs = [(s, s + 4) for s in (*_quadratic(-step, -6 * step), *_quadratic(step, 6 * step))]
-    return gains_from_offsets([_stable(*pair) for pair in pairs])
+    return [_inside_and_outside(*pair) for pair in pairs]
 
 
 def _quadratic(b: complex, c: complex) -> list[complex]:
@@ -58,11 +75,12 @@ def _cubic(tracking_index: float) -> list[complex]:
     return [complex(root) * scale for root in roots]
 
 
-def _stable(s: complex, s_plus_4: complex) -> complex:
-    """u = 1 - z of the root inside the unit circle of z^2 - (s + 2) z + 1 = 0."""
+def _inside_and_outside(s: complex, s_plus_4: complex) -> tuple[complex, complex]:
+    """u = 1 - z of the roots of z^2 - (s + 2) z + 1 = 0 inside and outside the unit circle."""
     root = cmath.sqrt(s * s_plus_4)
     # u^2 + s u - s = 0 has the roots u and u/(u - 1); the smaller magnitude of 1 - u is the stable one.
-    return min(2 * s / (s + root), 2 * s / (s - root), key=lambda u: abs(1 - u))
+    one, other = 2 * s / (s + root), 2 * s / (s - root)
+    return (one, other) if abs(1 - one) <= abs(1 - other) else (other, one)
 
 
 def _formula(order: int) -> Callable[[float], tuple[float, ...]]:

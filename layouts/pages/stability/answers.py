@@ -13,11 +13,12 @@ from layouts.desk import Desk, Plot
 from layouts.figures import poles, responses, stability_map, track
 from layouts.figures.handles import gains_handle, pole_handles, pole_text
 from layouts.filter_card import SLIDERS
+from layouts.readouts import LEAST_DISTANCE
 from layouts.scenes import RegionPicture
 from layouts.shown import Shown
-from layouts.state import Settings
+from layouts.state import LIMIT_FIELDS, Settings
 from layouts.text import change_text, metric_text, significant
-from tracker_core import Experiment, Result
+from tracker_core import Experiment, InputError, Result
 from tracker_core.consistency import average, error_squared, innovation_squared, model_covariance
 from tracker_core.merits import MERITS, merits
 from tracker_core.optimal import distance_from_optimal
@@ -37,6 +38,9 @@ CARDS = {
     "optimal_distance": "From optimal",
 }
 NUMBERS = "stability-numbers"
+LIMITED = dict(zip(LIMIT_FIELDS, ("noise_gain", "unit_lag", "overshoot", "settling"), strict=True))
+"""The figure of merit that each limit is about."""
+
 SPACE = {
     2: "a filter of order 2 lies on the floor, γ = 0",
     3: "normalised gains",
@@ -50,13 +54,20 @@ def _pinned(experiment: Experiment) -> dict[str, float | None]:
 
 
 def cards(result: Result, settings: Settings) -> dict[str, list[str]]:
-    """Per figure of merit its value, its change since the pin, and the tone of the change."""
+    """Per figure of merit its value, its change since the pin or the limit it exceeds, and the tone of that."""
     figures = merits(result.gains, settings.experiment.interval)
     pinned = _pinned(settings.pin) if settings.pin else None
+    limits = {LIMITED[name]: limit for name, limit in settings.limits.given().items()}
     shown = {}
     for name in CARDS:
         change, tone = change_text(MERITS[name], figures[name], pinned[name]) if pinned else ("", "")
-        shown[name] = [metric_text(MERITS[name], figures[name]), change, tone]
+        value = figures[name]
+        if name in limits and value is not None and abs(value) > limits[name]:
+            change, tone = f"over your {metric_text(MERITS[name], limits[name])}", "worse"
+        shown[name] = [metric_text(MERITS[name], value), change, tone]
+    distance = figures["optimal_distance"]
+    if distance is not None and distance < LEAST_DISTANCE:
+        shown["optimal_distance"][0] = "0 %"
     return shown
 
 
@@ -74,7 +85,10 @@ def report(shown: Shown) -> dict[str, Any]:
             "printed": [_condition_row(condition) for condition in printed_conditions(result.gains)],
             "jury": [_jury_row(condition) for condition in verdict.jury],
         },
-        "texts": {"damping": damping_class(result.gains), "space": SPACE[result.gains.order]},
+        "texts": {
+            "damping": damping_class(result.gains) if verdict.stable else "unstable",
+            "space": SPACE[result.gains.order],
+        },
     }
 
 
@@ -108,7 +122,11 @@ def numbers(result: Result, settings: Settings) -> list[Component]:
     tables = [table("Poles", ["", "magnitude", "damping ratio ζ"], pole_rows)]
     if not result.verdict.stable:
         return tables
-    variances = variance_reduction(result.gains, interval)
+    try:
+        variances = variance_reduction(result.gains, interval)
+    except InputError:
+        # Stable by less than rounding.
+        return tables
     rows = [
         [f"{state} (1{unit})", significant(float(value), 6)]
         for state, unit, value in zip(STATE_NAMES, ("", "/s²", "/s⁴", "/s⁶"), variances.smoothed, strict=False)
@@ -123,12 +141,15 @@ def _consistency(result: Result) -> list[Component]:
     experiment = result.experiment
     if experiment.noise == "none" or not all(experiment.noise_std):
         return []
+    settling = float(step_figures(result.gains.vector)[1])
+    if not settling < experiment.samples:
+        return []
     index = experiment.tracking_index or distance_from_optimal(result.gains).tracking_index
     model = model_covariance(result.gains, index)
     axes, order = len(result.scenario.axes), experiment.order
     stds = np.broadcast_to(experiment.noise_std, (axes,))
     # What the start has left behind is none of the model's.
-    steady = slice(int(min(np.nan_to_num(float(step_figures(result.gains.vector)[1]), posinf=0), 1e6)), None)
+    steady = slice(int(settling), None)
     nis = average(innovation_squared(result.track.innovation[steady] / stds, model.innovation).sum(axis=1), axes)
     errors = (result.track.smoothed - result.truth.states[:, :, :order]) * experiment.interval ** np.arange(order)
     nees = average(error_squared(errors[steady] / stds[:, None], model.smoothed).ravel(), order)
@@ -140,7 +161,10 @@ def _consistency(result: Result) -> list[Component]:
         ["NEES, errors of the state", significant(nees.mean), f"{order} on average",
          f"{significant(nees.mean / order, 3)} times"],
     ]  # fmt: skip
-    caption = f"Consistency with the model of tracking index Λ = {significant(index, 3)}, after the start"
+    caption = (
+        f"Consistency with the model of tracking index Λ = {significant(index, 3)}, after the start; "
+        "the interval is that of uncorrelated innovations, which only optimal gains have"
+    )
     return [table(caption, ["", "mean", "if the model is right", ""], rows)]
 
 

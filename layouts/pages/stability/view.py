@@ -113,7 +113,7 @@ def _tests_card() -> Component:
                     ),
                     filled_table("stability-jury", "Jury's table", ["condition", "row of the table", "margin", ""]),
                     filled_table(
-                        "stability-printed", "As Yu & Wu print it (γ/2T², η/6T³)", ["inequality", "margin", ""]
+                        "stability-printed", "As Yu & Wu print it (γ/2T², δ/6T³; δ is η)", ["inequality", "margin", ""]
                     ),
                 ],
                 className="tests",
