@@ -11,6 +11,7 @@ from layouts.state import plane_name
 from layouts.text import significant
 from tracker_core import Gains
 from tracker_core.fields import FIELDS
+from tracker_core.stability import is_stable
 from tracker_core.types import GAIN_NAMES
 
 STEP = 0.01
