@@ -450,7 +450,7 @@ def test_the_operating_point_says_whether_it_is_stable(gains, stable, region, th
     if not region:
         assert said == [f"no α, β is stable with this {'γ' if order == 3 else 'γ, η'}"]
     else:
-        assert said == (["under-damped", "over-damped", "alternating"] if order == 2 else [])
+        assert said == (["underdamped", "overdamped", "alternating"] if order == 2 else [])
     assert (len(points(curve)) > 0) == (order == 2)
     assert (len(points(printed)) > 0) == (order > 2 and min(result.gains.vector[2:]) > 0)
     assert [place["visible"] for place in places] == [False, False]

@@ -139,7 +139,7 @@ def test_damping_is_told_for_order_2_only():
         alpha, beta = left + note["x"] * (right - left), low + note["y"] * (high - low)
         assert radius((alpha, beta)) < 1
         poles = np.roots([1, alpha + beta - 2, 1 - alpha])
-        expected = "under-damped" if poles[0].imag else "alternating" if poles.real.min() < 0 else "over-damped"
+        expected = "underdamped" if poles[0].imag else "alternating" if poles.real.min() < 0 else "overdamped"
         assert note["text"] == expected
     assert len(made["layout"]["annotations"]) == 3
     for order in (3, 4):
