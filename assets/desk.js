@@ -609,9 +609,9 @@
   }
 
   function showHistory() {
-    for (const [name, steps] of [["undo", steps.past], ["redo", steps.future]]) {
+    for (const [name, way] of [["undo", steps.past], ["redo", steps.future]]) {
       const button = document.getElementById(name);
-      if (button) button.disabled = !steps.length;
+      if (button) button.disabled = !way.length;
     }
   }
 
