@@ -2,8 +2,8 @@
 
 SHELL := bash
 python := .venv/bin/python
-# A browser and its server keep two processors busy: more at a time is no faster and makes waiting tests fail.
-browser_workers := $(shell echo $$(( $$(getconf _NPROCESSORS_ONLN) / 2 )))
+# A browser and its server keep more than one processor busy, but not two all the time.
+browser_workers := $(shell getconf _NPROCESSORS_ONLN)
 # A second BLAS thread beside a busy neighbour makes small products many times slower.
 export OPENBLAS_NUM_THREADS := 1
 

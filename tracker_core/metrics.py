@@ -194,7 +194,8 @@ def _summary(positions: FloatArray, reference: FloatArray | None) -> _Summary:
     errors = errors[~np.isnan(errors)]
     if not errors.size:
         return _Summary()
-    squares = float(errors @ errors)
+    with np.errstate(over="ignore"):
+        squares = float(errors @ errors)
     return _Summary(
         total=float(errors.sum()),
         rms=sqrt(squares / errors.size),

@@ -139,7 +139,7 @@ def noise_gain(vectors: FloatArray) -> FloatArray:
         Shape (...); NaN where the gains are not stable.
     """
     numerator, denominator = (_noise2, _noise3, _noise4)[vectors.shape[-1] - 2](*np.moveaxis(vectors, -1, 0))
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         return np.where(stable(vectors), numerator / denominator, np.nan)
 
 
