@@ -1,4 +1,4 @@
-"""Checking what comes from outside: the one error type, and the domains of numbers.
+"""Checking what comes from outside: the one error type, the domains of numbers, and fields.
 
 Every rejected input names the field, the rule it broke and the value received, so that a caller (a page, a
 command line, a notebook) can put the message beside the thing to mend.
@@ -7,7 +7,7 @@ command line, a notebook) can put the message beside the thing to mend.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -112,3 +112,55 @@ def check_choice(field: str, value: Any, choices: Iterable[str]) -> str:
 
 
 POSITIVE = Domain(low=0, low_open=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One named value that comes from outside.
+
+    Attributes:
+        symbol: as in formulas; empty where there is none.
+        title: for labels.
+        unit: SI symbol; empty for a pure number.
+        sentence: what it is, plainly.
+        kind: "number", "whole", "numbers" (one per axis) or "choice".
+        domain: the numbers it admits; a design may narrow it.
+        choices: the names it admits.
+    """
+
+    symbol: str
+    title: str
+    unit: str
+    sentence: str
+    kind: str
+    domain: Domain = Domain()
+    choices: tuple[str, ...] = ()
+
+    def read(self, name: str, value: Any) -> Any:
+        """`value` as this field's type.
+
+        Raises:
+            InputError: naming the field, the rule and the value.
+        """
+        if self.kind == "choice":
+            return check_choice(name, value, self.choices)
+        if self.kind == "numbers":
+            return tuple(self.domain.check(name, item) for item in _items(name, value))
+        number = self.domain.check(name, value)
+        return int(number) if self.kind == "whole" else number
+
+
+def _items(name: str, value: Any) -> list[Any]:
+    if isinstance(value, str):
+        return value.split(",")
+    if isinstance(value, Iterable) and not isinstance(value, Mapping):
+        items = list(value)
+        if not 1 <= len(items) <= 8:
+            raise InputError(name, "must be one number, or one per axis", f"{len(items)} values")
+        return items
+    return [value]
+
+
+def choice(title: str, sentence: str, choices: Iterable[str]) -> Field:
+    """A field that admits names."""
+    return Field("", title, "", sentence, "choice", choices=tuple(choices))

@@ -7,6 +7,8 @@ correct   x_est = x_pred + K e,  K[i] = g[i] / T^i
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from tracker_core.checks import POSITIVE, InputError, check_choice
@@ -16,6 +18,72 @@ from tracker_core.types import FloatArray, Measurements, Track
 
 STOP_LIMIT = 1e12
 """The run stops when a smoothed position passes this magnitude, m."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A run before its first sample: checked measurements, and how the filter begins.
+
+    Attributes:
+        z: shape (n_samples, n_axes), m; NaN where a measurement is missing.
+        dt: the interval before each sample, or the one number if it is constant, s.
+        order: of the filter.
+        start: a name in STARTS.
+        initial_state: shape (n_axes, order) for the start "known", else None.
+        limit: magnitude of a smoothed position at which the run stops, m.
+    """
+
+    z: FloatArray
+    dt: FloatArray
+    order: int
+    start: str
+    initial_state: FloatArray | None
+    limit: float
+
+    def column(self, axis: int) -> FloatArray:
+        """The measurements of one axis, contiguous."""
+        return np.ascontiguousarray(self.z[:, axis])
+
+    def blank(self) -> FloatArray:
+        """Room for the states of every axis, all NaN: axis first while filtering, so that each is contiguous."""
+        samples, axes = self.z.shape
+        return np.full((axes, samples, self.order), np.nan)
+
+    def begin(self, axis: int, g: FloatArray, predicted: FloatArray, smoothed: FloatArray) -> tuple[FloatArray, int]:
+        """Start one axis with gains g; its order may be below that of the setting. See `starts.start_axis`."""
+        given = None if self.initial_state is None else self.initial_state[axis, : len(g)]
+        return start_axis(self.start, self.column(axis), self.dt, g, given, predicted, smoothed)
+
+    def track(self, predicted: FloatArray, smoothed: FloatArray, stop: int) -> Track:
+        """The track from arrays of shape (n_axes, n_samples, order), without what comes after sample `stop`."""
+        samples = len(self.z)
+        predicted[:, stop + 1 :] = np.nan
+        smoothed[:, stop + 1 :] = np.nan
+        bridged = np.isnan(self.z) & ~np.isnan(smoothed[:, :, 0].T)
+        return Track(
+            predicted=predicted.transpose(1, 0, 2),
+            smoothed=smoothed.transpose(1, 0, 2),
+            innovation=self.z - predicted[:, :, 0].T,
+            missing=int(bridged.sum()),
+            stopped_at=stop if stop < samples else None,
+            limit=self.limit,
+        )
+
+
+def set_up(
+    measurements: Measurements,
+    order: int,
+    *,
+    start: str = "two-point",
+    initial_state: FloatArray | None = None,
+    limit: float = STOP_LIMIT,
+) -> Setting:
+    """Check what a filter is given; arguments and errors as for `run_filter`."""
+    z = _check_measurements(measurements)
+    _check_start(start, order, initial_state, z.shape[1])
+    POSITIVE.check("limit", limit)
+    given = None if initial_state is None else np.asarray(initial_state, dtype=np.float64)
+    return Setting(z, _intervals(measurements), order, start, given, float(limit))
 
 
 def run_filter(
@@ -43,40 +111,23 @@ def run_filter(
         InputError: for arrays that do not fit together, times that do not increase, an axis with fewer
             measurements than the start needs, or an unknown start.
     """
-    z = _check_measurements(measurements)
-    _check_start(start, gains.order, initial_state, z.shape[1])
-    POSITIVE.check("limit", limit)
+    setting = set_up(measurements, gains.order, start=start, initial_state=initial_state, limit=limit)
     from tracker_core import kernels  # compiled code is loaded when the first filter runs
 
-    n, axes, order = z.shape[0], z.shape[1], gains.order
-    # Axis first while filtering, so that each axis is contiguous; time first on the way out.
-    predicted = np.full((axes, n, order), np.nan)
-    smoothed = np.full((axes, n, order), np.nan)
-    dt = _intervals(measurements)
+    predicted, smoothed = setting.blank(), setting.blank()
     g = gains.vector
     stops = []
-    for axis in range(axes):
-        column = np.ascontiguousarray(z[:, axis])
-        given = None if initial_state is None else np.asarray(initial_state, dtype=np.float64)[axis]
-        state, begin = start_axis(start, column, dt, g, given, predicted[axis], smoothed[axis])
-        over = np.flatnonzero(np.abs(smoothed[axis, :begin, 0]) > limit)
+    for axis in range(setting.z.shape[1]):
+        state, begin = setting.begin(axis, g, predicted[axis], smoothed[axis])
+        over = np.flatnonzero(np.abs(smoothed[axis, :begin, 0]) > setting.limit)
         if over.size:
             stops.append(int(over[0]))
             continue
-        stops.append(kernels.TRACK[order](column, dt, g, state, begin, float(limit), predicted[axis], smoothed[axis]))
-    stop = min(stops)
-    predicted[:, stop + 1 :] = np.nan
-    smoothed[:, stop + 1 :] = np.nan
-    innovation = z - predicted[:, :, 0].T
-    bridged = np.isnan(z) & ~np.isnan(smoothed[:, :, 0].T)
-    return Track(
-        predicted=predicted.transpose(1, 0, 2),
-        smoothed=smoothed.transpose(1, 0, 2),
-        innovation=innovation,
-        missing=int(bridged.sum()),
-        stopped_at=stop if stop < n else None,
-        limit=float(limit),
-    )
+        recursion = kernels.TRACK[gains.order]
+        stops.append(
+            recursion(setting.column(axis), setting.dt, g, state, begin, setting.limit, predicted[axis], smoothed[axis])
+        )
+    return setting.track(predicted, smoothed, min(stops))
 
 
 def _check_measurements(measurements: Measurements) -> FloatArray:

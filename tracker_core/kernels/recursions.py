@@ -1,22 +1,17 @@
-"""The compiled recursions: textbook loops, one axis after the other.
+"""The filters of every order with constant gains, their least squares start, and the response to a step.
 
-Every kernel fills arrays made by its caller and returns the index at which it stopped, the number of samples if
-it ran to the end. `g` is normalised; `dt` holds the interval before each sample, or one number if it is constant;
-a NaN measurement is bridged by prediction. The state after the start stands in `state` and the recursion begins at
-sample `begin`. Nothing is validated here.
+A filter returns the index at which it stopped, the number of samples if it ran to the end.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from tracker_core.kernels.compiled import compiled
 from tracker_core.types import FloatArray
 
-_compiled = njit(cache=True, nogil=True, fastmath=False, error_model="numpy", boundscheck=False)
 
-
-@_compiled
+@compiled
 def track2(
     z: FloatArray, dt: FloatArray, g: FloatArray, state: FloatArray, begin: int, limit: float,
     predicted: FloatArray, smoothed: FloatArray,
@@ -45,7 +40,7 @@ def track2(
     return n
 
 
-@_compiled
+@compiled
 def track3(
     z: FloatArray, dt: FloatArray, g: FloatArray, state: FloatArray, begin: int, limit: float,
     predicted: FloatArray, smoothed: FloatArray,
@@ -80,7 +75,7 @@ def track3(
     return n
 
 
-@_compiled
+@compiled
 def track4(
     z: FloatArray, dt: FloatArray, g: FloatArray, state: FloatArray, begin: int, limit: float,
     predicted: FloatArray, smoothed: FloatArray,
@@ -119,7 +114,7 @@ def track4(
     return n
 
 
-@_compiled
+@compiled
 def least_squares_start(
     z: FloatArray, dt: FloatArray, alpha: float, state: FloatArray, covariance: FloatArray, begin: int,
     predicted: FloatArray, smoothed: FloatArray,
@@ -185,7 +180,7 @@ def least_squares_start(
     return n
 
 
-@_compiled
+@compiled
 def step_response(gains: FloatArray, band: float, horizon: int, overshoot: FloatArray, settling: FloatArray) -> None:
     """Overshoot and settling time of the smoothed step response for every row of gains (n, 4), zero where unused.
 

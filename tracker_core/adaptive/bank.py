@@ -1,0 +1,82 @@
+"""M5 of Al-Wagih & Abdulla, a bank of K alpha-beta filters of which one speaks, in hindsight; and causally."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import exp
+from typing import Any
+
+import numpy as np
+
+from tracker_core.adaptive.base import Draft, Method, Problem, Selection, check_store, check_work, one_hot
+from tracker_core.design import DESIGNS
+from tracker_core.types import FloatArray
+
+HINDSIGHT = -1.0
+"""Stands for the decay of the window where there is none: see `kernels.bank_choice`."""
+
+
+def bank_members(members: int) -> FloatArray:
+    """The gains of the bank, shape (K, 2): alpha in the middle of each K-th of (0, 1), beta after Benedict-Bordner."""
+    alphas = (np.arange(members) + 0.5) / members
+    return np.stack([DESIGNS["benedict-bordner"].gains(2, alpha=alpha) for alpha in alphas.tolist()])
+
+
+def _run(problem: Problem, members: int, decay: float) -> Selection:
+    from tracker_core import kernels  # compiled code is loaded when the first filter runs
+
+    samples, axes, order = problem.shape
+    check_store("members", members, samples, axes)
+    check_work("members", members, members * samples * axes)
+    gains = bank_members(members)
+    draft, setting = Draft.of(problem), problem.setting
+    chosen = np.full((axes, samples), -1)
+    for axis in range(axes):
+        state, begin = draft.begin(axis)
+        states = np.tile(state, (members, 1)).reshape(members, order)
+        draft.stops.append(
+            kernels.bank_choice(
+                setting.column(axis), setting.dt, gains, states, begin, setting.limit, decay,
+                draft.predicted[axis], draft.smoothed[axis], draft.used[axis], chosen[axis],
+            )
+        )  # fmt: skip
+    return draft.selection(members=gains, weights=one_hot(chosen, members))
+
+
+def in_hindsight(problem: Problem, *, members: int) -> Selection:
+    """The member whose prediction lies nearest the measurement speaks."""
+    return _run(problem, members, HINDSIGHT)
+
+
+def causal(problem: Problem, *, members: int, memory: float) -> Selection:
+    """The member with the least past innovations speaks."""
+    return _run(problem, members, exp(-problem.interval / memory))
+
+
+def _reason(_: Mapping[str, Any]) -> str:
+    return "The prediction is picked after the measurement that it predicts has been seen."
+
+
+ORACLE = Method(
+    name="parallel-bank",
+    title="Parallel bank (M5)",
+    orders=(2,),
+    parameters={"members": 20},
+    work=in_hindsight,
+    sentence="K filters run side by side; at every sample the one whose prediction lies nearest the measurement "
+    "speaks. αᵢ = (i − ½)/K, β = α²/(2 − α).",
+    source="Al-Wagih & Abdulla, algorithm 3, method M5",
+    hindsight=_reason,
+    counterpart="parallel-bank-causal",
+)
+
+CAUSAL = Method(
+    name="parallel-bank-causal",
+    title="Parallel bank by past innovations",
+    orders=(2,),
+    parameters={"members": 20, "memory": lambda interval: 10 * interval},
+    work=causal,
+    sentence="The same K filters; the one with the least innovation power so far speaks, the past fading with the "
+    "memory.",
+    source="The causal form of Al-Wagih & Abdulla's method M5",
+)

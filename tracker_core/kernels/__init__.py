@@ -1,0 +1,30 @@
+"""The compiled recursions: textbook loops, one axis after the other.
+
+Every kernel fills arrays made by its caller. Gains are normalised; `dt` holds the interval before each sample, or one
+number if it is constant; a NaN measurement is bridged by prediction. The state after the start stands in `state` and
+the recursion begins at sample `begin`. Nothing is validated here.
+"""
+
+from tracker_core.kernels.recursions import TRACK, least_squares_start, step_response
+from tracker_core.kernels.selections import (
+    bank_choice,
+    bank_mixture,
+    candidate_scores,
+    sample_search,
+    scheduled,
+    weight_costs,
+    window_search,
+)
+
+__all__ = [
+    "TRACK",
+    "bank_choice",
+    "bank_mixture",
+    "candidate_scores",
+    "least_squares_start",
+    "sample_search",
+    "scheduled",
+    "step_response",
+    "weight_costs",
+    "window_search",
+]

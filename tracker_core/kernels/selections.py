@@ -1,0 +1,357 @@
+"""Filters whose gains change from sample to sample, and the searches that choose them.
+
+`truth` is one true state at every sample: what only a search in hindsight has. Where a kernel returns a number it is
+the index at which it stopped, the number of samples if it ran to the end.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tracker_core.kernels.compiled import compiled
+from tracker_core.types import FloatArray, IntArray
+
+
+@compiled
+def _predict(state: FloatArray, t: float, out: FloatArray) -> None:
+    """out = F(t) state."""
+    for r in range(state.shape[0]):
+        term = 1.0
+        total = state[r]
+        for c in range(r + 1, state.shape[0]):
+            term = term * t / (c - r)
+            total += term * state[c]
+        out[r] = total
+
+
+@compiled
+def _correct(state: FloatArray, gains: FloatArray, e: float, t: float) -> None:
+    """state += K e, K[i] = g[i] / t^i."""
+    step = e
+    for r in range(state.shape[0]):
+        state[r] += gains[r] * step
+        step = step / t
+
+
+@compiled
+def scheduled(
+    z: FloatArray, dt: FloatArray, gains: FloatArray, state: FloatArray, begin: int, limit: float,
+    predicted: FloatArray, smoothed: FloatArray, used: FloatArray,
+) -> int:  # fmt: skip
+    """One axis with the gains of every sample given: gains (n, m), outputs (n, m)."""
+    n = z.shape[0]
+    x = np.zeros_like(state)
+    for i in range(begin, n):
+        t = dt[i] if dt.shape[0] > 1 else dt[0]
+        _predict(state, t, x)
+        predicted[i] = x
+        e = z[i] - x[0]
+        if not np.isnan(e):
+            _correct(x, gains[i], e, t)
+            used[i] = gains[i]
+        smoothed[i] = x
+        state[:] = x
+        if not abs(x[0]) <= limit:
+            return i
+    return n
+
+
+@compiled
+def weight_costs(
+    z: FloatArray, dt: FloatArray, gains: FloatArray, fixed_beta: float, weights: FloatArray, state: FloatArray,
+    begin: int, limit: float, absolute: bool, costs: FloatArray,
+) -> None:  # fmt: skip
+    """Sum of squared (or absolute) innovations over one axis for every share of a fixed beta in that of gains (n, 2).
+
+    Infinite where the filter leaves the limit.
+    """
+    n = z.shape[0]
+    for k in range(weights.shape[0]):
+        x, v = state[0], state[1]
+        cost = 0.0
+        for i in range(begin, n):
+            t = dt[i] if dt.shape[0] > 1 else dt[0]
+            x = x + t * v
+            e = z[i] - x
+            if not np.isnan(e):
+                cost += abs(e) if absolute else e * e
+                x = x + gains[i, 0] * e
+                v = v + (weights[k] * fixed_beta + (1 - weights[k]) * gains[i, 1]) / t * e
+            if not abs(x) <= limit:
+                cost = np.inf
+                break
+        costs[k] = cost
+
+
+@compiled
+def _window_cost(
+    z: FloatArray, dt: FloatArray, alpha: float, x: float, v: float, first: int, last: int, absolute: bool
+) -> float:
+    """Sum of the squared (or absolute) innovations of samples first to last, from the state before them."""
+    beta = alpha * alpha / (2 - alpha)
+    cost = 0.0
+    for i in range(first, last + 1):
+        t = dt[i] if dt.shape[0] > 1 else dt[0]
+        x = x + t * v
+        e = z[i] - x
+        if not np.isnan(e):
+            cost += abs(e) if absolute else e * e
+            x = x + alpha * e
+            v = v + beta / t * e
+    return cost
+
+
+@compiled
+def window_search(
+    z: FloatArray, dt: FloatArray, alpha: float, window: int, step: int, grid: int, refinements: int, absolute: bool,
+    state: FloatArray, begin: int, limit: float, predicted: FloatArray, smoothed: FloatArray, used: FloatArray,
+) -> int:  # fmt: skip
+    """Alpha-beta filter over one axis whose alpha is chosen anew every `step` samples, for the samples to come.
+
+    The last `window` samples are filtered again, from the state that the filter had before them, with every alpha of
+    a grid over (0, 1]; around the best one the grid is refined. Of equally good ones the smallest is taken.
+    """
+    n = z.shape[0]
+    x, v = state[0], state[1]
+    beta = alpha * alpha / (2 - alpha)
+    for i in range(begin, n):
+        t = dt[i] if dt.shape[0] > 1 else dt[0]
+        x = x + t * v
+        predicted[i, 0] = x
+        predicted[i, 1] = v
+        e = z[i] - x
+        if not np.isnan(e):
+            x = x + alpha * e
+            v = v + beta / t * e
+            used[i, 0] = alpha
+            used[i, 1] = beta
+        smoothed[i, 0] = x
+        smoothed[i, 1] = v
+        if not abs(x) <= limit:
+            return i
+        first = i + 1 - window
+        if first <= begin or (first - begin) % step != 1 % step:
+            continue
+        low, high = 0.0, 1.0
+        best = np.inf
+        chosen = alpha
+        for _ in range(refinements + 1):
+            width = (high - low) / grid
+            for k in range(1, grid + 1):
+                candidate = low + width * k
+                cost = _window_cost(
+                    z, dt, candidate, smoothed[first - 1, 0], smoothed[first - 1, 1], first, i, absolute
+                )
+                if cost < best:
+                    best = cost
+                    chosen = candidate
+            low, high = max(0.0, chosen - width), min(1.0, chosen + width)
+        alpha = chosen
+        beta = alpha * alpha / (2 - alpha)
+    return n
+
+
+@compiled
+def bank_choice(
+    z: FloatArray, dt: FloatArray, members: FloatArray, states: FloatArray, begin: int, limit: float, decay: float,
+    predicted: FloatArray, smoothed: FloatArray, used: FloatArray, chosen: IntArray,
+) -> int:  # fmt: skip
+    """A bank of filters over one axis, of which one speaks at every sample: members and states (K, m).
+
+    With a decay in [0, 1) the prediction is that of the member with the least past innovation power, the smoothed
+    state that of the least one including the present innovation. With a negative decay the member whose prediction
+    lies nearest the measurement speaks: hindsight. Of equally good ones the first is taken.
+    """
+    n, count, order = z.shape[0], members.shape[0], members.shape[1]
+    powers = np.zeros(count)
+    x = np.zeros(order)
+    before = states.copy()
+    speaker = 0
+    for i in range(begin, n):
+        t = dt[i] if dt.shape[0] > 1 else dt[0]
+        nearest = 0
+        least = np.inf
+        for k in range(count):
+            _predict(states[k], t, x)
+            before[k] = x
+            e = z[i] - x[0]
+            if not np.isnan(e):
+                _correct(x, members[k], e, t)
+                powers[k] = decay * powers[k] + e * e if decay >= 0 else e * e
+            states[k] = x
+            if powers[k] < least:
+                least = powers[k]
+                nearest = k
+        observed = not np.isnan(z[i])
+        if decay < 0 and observed:
+            speaker = nearest
+        predicted[i] = before[speaker]
+        if observed:
+            speaker = nearest
+            used[i] = members[speaker]
+            chosen[i] = speaker
+        smoothed[i] = states[speaker]
+        if not abs(smoothed[i, 0]) <= limit:
+            return i
+    return n
+
+
+@compiled
+def bank_mixture(
+    z: FloatArray, dt: FloatArray, members: FloatArray, states: FloatArray, begins: IntArray, limit: float,
+    decay: float, predicted: FloatArray, smoothed: FloatArray, used: FloatArray, weights: FloatArray,
+) -> int:  # fmt: skip
+    """A bank of filters over all axes whose mean, weighted by past innovation power, is the track.
+
+    z (n, a), members (K, m), states (a, K, m), outputs (a, n, m), weights (n, K). The weight of a member is in
+    proportion to J^(-N/2): J its innovation power over a window that fades by `decay` per measured sample, all axes
+    added, and N the sum of that window's weights. Predictions are weighted by what was known before the measurement.
+    """
+    n, axes = z.shape
+    count, order = members.shape
+    powers = np.zeros(count)
+    share = np.full(count, 1.0 / count)
+    x = np.zeros(order)
+    before = states.copy()
+    effective = 0.0
+    for i in range(begins.min(), n):
+        t = dt[i] if dt.shape[0] > 1 else dt[0]
+        measured = False
+        for a in range(axes):
+            measured = measured or (i >= begins[a] and not np.isnan(z[i, a]))
+        if measured:
+            effective = decay * effective + 1.0
+            for k in range(count):
+                powers[k] = decay * powers[k]
+        for a in range(axes):
+            if i < begins[a]:
+                continue
+            for k in range(count):
+                _predict(states[a, k], t, x)
+                before[a, k] = x
+                e = z[i, a] - x[0]
+                if not np.isnan(e):
+                    _correct(x, members[k], e, t)
+                    powers[k] += e * e
+                states[a, k] = x
+                for r in range(order):
+                    if k == 0:
+                        predicted[a, i, r] = 0.0
+                    predicted[a, i, r] += share[k] * before[a, k, r]
+        if measured:
+            least = max(powers.min(), 1e-300)
+            total = 0.0
+            for k in range(count):
+                share[k] = np.exp(-0.5 * effective * np.log(max(powers[k], 1e-300) / least))
+                total += share[k]
+            for k in range(count):
+                share[k] = share[k] / total
+        weights[i] = share
+        for a in range(axes):
+            if i < begins[a]:
+                continue
+            for r in range(order):
+                mean = 0.0
+                gain = 0.0
+                for k in range(count):
+                    mean += share[k] * states[a, k, r]
+                    gain += share[k] * members[k, r]
+                smoothed[a, i, r] = mean
+                if not np.isnan(z[i, a]):
+                    used[a, i, r] = gain
+            if not abs(smoothed[a, i, 0]) <= limit:
+                return i
+    return n
+
+
+@compiled
+def _vertex(x1: float, f1: float, x2: float, f2: float, x3: float, f3: float) -> float:
+    """Where the parabola through three points is least; NaN where it has no least value."""
+    slope1 = (f2 - f1) / (x2 - x1)
+    slope2 = (f3 - f2) / (x3 - x2)
+    bend = (slope2 - slope1) / (x3 - x1)
+    if not bend > 0:
+        return np.nan
+    return 0.5 * (x1 + x2) - 0.5 * slope1 / bend
+
+
+@compiled
+def sample_search(
+    z: FloatArray, dt: FloatArray, truth: FloatArray, which: int, candidates: FloatArray, last: bool,
+    lower: IntArray, upper: IntArray, state: FloatArray, begin: int, limit: float,
+    predicted: FloatArray, smoothed: FloatArray, used: FloatArray,
+) -> int:  # fmt: skip
+    """One axis; at every sample the candidate (C, m) whose state number `which` comes nearest to the truth is used.
+
+    Of equally good ones the first is taken, or the last. `lower` and `upper` (C,) name the candidates beside each one
+    along gain number `which`, -1 where there is none: through the three errors goes a parabola, and where both
+    neighbours are no better its vertex replaces the gain. Empty: no parabola.
+    """
+    n, count = z.shape[0], candidates.shape[0]
+    x = np.zeros_like(state)
+    gains = np.zeros_like(state)
+    for i in range(begin, n):
+        t = dt[i] if dt.shape[0] > 1 else dt[0]
+        _predict(state, t, x)
+        predicted[i] = x
+        e = z[i] - x[0]
+        if not np.isnan(e):
+            step = e
+            for _ in range(which):
+                step = step / t
+            base, target = x[which], truth[i]
+            least = np.inf
+            best = 0
+            if last:
+                for k in range(count):
+                    error = abs(base + candidates[k, which] * step - target)
+                    if error <= least:
+                        least = error
+                        best = k
+            else:
+                for k in range(count):
+                    error = abs(base + candidates[k, which] * step - target)
+                    if error < least:
+                        least = error
+                        best = k
+            gains[:] = candidates[best]
+            if lower.shape[0] and lower[best] >= 0 and upper[best] >= 0:
+                g1, g2, g3 = candidates[lower[best], which], gains[which], candidates[upper[best], which]
+                f1, f3 = abs(base + g1 * step - target), abs(base + g3 * step - target)
+                if least <= f1 and least <= f3:
+                    vertex = _vertex(g1, f1, g2, least, g3, f3)
+                    if not np.isnan(vertex):
+                        gains[which] = vertex
+            _correct(x, gains, e, t)
+            used[i] = gains
+        smoothed[i] = x
+        state[:] = x
+        if not abs(x[0]) <= limit:
+            return i
+    return n
+
+
+@compiled
+def candidate_scores(
+    z: FloatArray, dt: FloatArray, truth: FloatArray, which: int, candidates: FloatArray, state: FloatArray,
+    begin: int, limit: float, scores: FloatArray,
+) -> None:  # fmt: skip
+    """Adds to scores (C,) the squared error of state number `which` over one axis, with each candidate held."""
+    n = z.shape[0]
+    x = np.zeros_like(state)
+    now = np.zeros_like(state)
+    for k in range(candidates.shape[0]):
+        now[:] = state
+        total = 0.0
+        for i in range(begin, n):
+            t = dt[i] if dt.shape[0] > 1 else dt[0]
+            _predict(now, t, x)
+            e = z[i] - x[0]
+            if not np.isnan(e):
+                _correct(x, candidates[k], e, t)
+            now[:] = x
+            if not abs(x[0]) <= limit:
+                total = np.inf
+                break
+            total += (x[which] - truth[i]) ** 2
+        scores[k] += total
