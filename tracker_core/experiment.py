@@ -286,7 +286,7 @@ def _observe(
         draw = NOISES[noise].draw
         positions = truth.positions.copy()
         if draw is not None:
-            positions += draw(positions.shape, noise_std, seed)
+            positions += draw(positions.shape, noise_std, seed, 0.0)
     for array in (truth.times, truth.states, positions):
         array.setflags(write=False)
     return truth, Measurements(truth.times, positions, interval)
