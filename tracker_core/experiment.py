@@ -279,14 +279,14 @@ def _observe(
     scenario_name: str, samples: int, interval: float, noise: str, noise_std: tuple[float, ...], seed: int
 ) -> tuple[Truth, Measurements]:
     scenario = SCENARIOS[scenario_name]
-    truth = scenario.truth((scenario.first_sample + np.arange(samples, dtype=np.float64)) * interval)
+    truth = scenario.truth((scenario.first_sample + np.arange(samples, dtype=np.float64)) * interval, seed)
     if noise == "recorded" and scenario.recording is not None:
         positions = np.array(scenario.recording.positions[:samples])
     else:
         draw = NOISES[noise].draw
         positions = truth.positions.copy()
         if draw is not None:
-            positions += draw(positions.shape, noise_std, seed)
+            positions += draw(positions.shape, noise_std, seed, 0.0)
     for array in (truth.times, truth.states, positions):
         array.setflags(write=False)
     return truth, Measurements(truth.times, positions, interval)
@@ -301,7 +301,7 @@ def known_state(experiment: Experiment) -> FloatArray | None:
         return None
     scenario = SCENARIOS[experiment.scenario]
     before = (scenario.first_sample - 1) * experiment.interval
-    return scenario.truth(np.array([before])).states[0, :, : experiment.order]
+    return scenario.truth(np.array([before]), experiment.seed).states[0, :, : experiment.order]
 
 
 def run_experiment(experiment: Experiment) -> Result:

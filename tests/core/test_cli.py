@@ -315,7 +315,7 @@ REFUSED = [
     ("run --seed 0.5", ["seed must be a whole number >= 0", "got '0.5'"]),
     ("run --order 5", ["order must be a whole number >= 2 and <= 4", "got '5'"]),
     ("run --scenario mars", ["scenario must be one of jeong-ship,", "got 'mars'"]),
-    ("run --noise pink", ["noise must be one of white, none, recorded", "got 'pink'"]),
+    ("run --noise pink", ["noise must be one of white, coloured, none, recorded", "got 'pink'"]),
     ("run --start cold", ["start must be one of known, first,", "got 'cold'"]),
     ("run --convention own", ["convention must be one of normalised, taylor, half", "got 'own'"]),
     ("run --design guess", ["design must be one of manual,", "got 'guess'"]),

@@ -258,7 +258,7 @@ REFUSED = [
     ({"order": 1}, "order", "must be a whole number >= 2 and <= 4", 1),
     ({"order": 5}, "order", "must be a whole number >= 2 and <= 4", 5),
     ({"scenario": "mars"}, "scenario", "must be one of jeong-ship, ", "mars"),
-    ({"noise": "pink"}, "noise", "must be one of white, none, recorded", "pink"),
+    ({"noise": "pink"}, "noise", "must be one of white, coloured, none, recorded", "pink"),
     ({"start": "cold"}, "start", "must be one of known, first, two-point, three-point, expanding", "cold"),
     ({"convention": "own"}, "convention", "must be one of normalised, taylor, half", "own"),
     ({"design": "guess"}, "design", "must be one of manual, fading-memory, ", "guess"),

@@ -11,6 +11,7 @@ import pytest
 
 import tracker_core
 from tracker_core import CONVENTIONS, DESIGNS, METRICS, SCENARIOS, STARTS
+from tracker_core.manoeuvre import MANOEUVRES
 from tracker_core.noise import NOISES
 from tracker_core.papers import papers
 
@@ -113,6 +114,7 @@ REGISTRIES: dict[str, dict] = {
     "convention": CONVENTIONS,
     "start": STARTS,
     "noise": NOISES,
+    "manoeuvre": MANOEUVRES,
     "metric": METRICS,
     "paper": papers(),
 }

@@ -6,11 +6,16 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from tracker_core import SCENARIOS, Experiment, run_experiment
+from tracker_core import SCENARIOS, Experiment, InputError, run_experiment
+from tracker_core.scenarios import Scenario, coordinated_turn
 from tracker_core.scenarios.jeong_ship import parameters
 from tracker_core.scenarios.polynomial import polynomial
 
 NAMES = list(SCENARIOS)
+DETERMINISTIC = [name for name in NAMES if not SCENARIOS[name].random]
+RANDOM = [name for name in NAMES if SCENARIOS[name].random]
+# Times at which some target's acceleration jumps.
+JUMPS = np.array([15.0, 20.0, *coordinated_turn.JOINTS])
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -29,15 +34,26 @@ def test_scenario_runs_as_it_comes(name):
     assert result.verdict.stable
     assert result.track.stopped_at is None
     assert result.truth.states.shape == (result.experiment.samples, len(SCENARIOS[name].axes), 5)
-    assert None not in result.metrics.to_dict().values()
+    # A random motion need not have the derivative that its filter's steady lag is proportional to.
+    undefined = {name for name, value in result.metrics.to_dict().items() if value is None}
+    assert undefined == (set() if np.isfinite(result.truth.states[:, :, result.experiment.order]).all() else {"lag"})
 
 
 @pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("start", [-20.0, 0.0])
+def test_states_are_finite(name, start):
+    """All of a motion that is given, position to acceleration of one that is drawn."""
+    states = SCENARIOS[name].truth(start + np.arange(50.0), 3).states
+    assert np.isfinite(states[:, :, :3]).all()
+    assert np.isfinite(states).all() or SCENARIOS[name].random
+
+
+@pytest.mark.parametrize("name", DETERMINISTIC)
 @pytest.mark.parametrize("derivative", range(4))
 def test_every_state_is_the_derivative_of_the_one_before(name, derivative):
-    """Central differences; an onset of acceleration is kept out of their span."""
+    """Central differences; the jumps of an acceleration are kept out of their span."""
     times = np.linspace(1.3, 700.3, 400)
-    times = times[(np.abs(times - 20) > 1) & (np.abs(times - 15) > 1)]
+    times = times[(np.abs(times[:, None] - JUMPS) > 1).all(axis=1)]
     step = 0.02
     before, at, after = (SCENARIOS[name].truth(times + shift).states for shift in (-step, 0, step))
     slope = (after - before)[:, :, derivative] / (2 * step)
@@ -46,12 +62,52 @@ def test_every_state_is_the_derivative_of_the_one_before(name, derivative):
     assert np.abs(slope - at[:, :, derivative + 1]).max() <= 10 * scale + 1e-12
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DETERMINISTIC)
 def test_truth_depends_on_time_alone(name):
     times = np.array([5.0, 10.0, 400.0])
-    together = SCENARIOS[name].truth(times).states
+    together = SCENARIOS[name].truth(times, 1).states
     for row, time in enumerate(times):
-        assert np.array_equal(SCENARIOS[name].truth(np.array([time])).states[0], together[row])
+        assert np.array_equal(SCENARIOS[name].truth(np.array([time]), 2).states[0], together[row])
+
+
+@pytest.mark.parametrize("name", RANDOM)
+@pytest.mark.parametrize("interval", [0.1, 1.0, 7.0])
+def test_random_truth_depends_on_seed_and_grid_alone(name, interval):
+    """The same bits again, others for another seed, and a longer run begins with the shorter one."""
+    times = np.arange(200) * interval
+    states = SCENARIOS[name].truth(times, 5).states
+    assert np.array_equal(SCENARIOS[name].truth(times, 5).states, states, equal_nan=True)
+    for length in (1, 2, 77):
+        assert np.array_equal(SCENARIOS[name].truth(times[:length], 5).states, states[:length], equal_nan=True)
+    assert not np.isin(SCENARIOS[name].truth(times, 6).states[:, :, 2], states[:, :, 2]).any()
+
+
+@pytest.mark.parametrize("name", RANDOM)
+@pytest.mark.parametrize("interval", [0.1, 4.0])
+def test_a_random_motion_comes_from_where_its_first_state_points(name, interval):
+    """Before time zero: constant acceleration, whether that time is asked for alone or with the run."""
+    grid = np.arange(-3, 6) * interval
+    together = SCENARIOS[name].truth(grid, 9).states
+    assert np.array_equal(SCENARIOS[name].truth(grid[3:], 9).states, together[3:], equal_nan=True)
+    for row in range(3):
+        alone = SCENARIOS[name].truth(grid[[row]], 9).states[0]
+        assert np.array_equal(alone, together[row])
+        t = grid[row]
+        position, velocity, acceleration = together[3, :, :3].T
+        assert alone[:, 0] == pytest.approx(position + velocity * t + acceleration * t**2 / 2, rel=1e-14, abs=0)
+        assert alone[:, 1] == pytest.approx(velocity + acceleration * t, rel=1e-14, abs=0)
+        assert np.array_equal(alone[:, 2], acceleration)
+        assert not alone[:, 3:].any()
+
+
+@pytest.mark.parametrize("motions", [(), ("motion", "random_motion")])
+def test_a_scenario_has_exactly_one_motion(motions):
+    with pytest.raises(InputError) as caught:
+        Scenario(
+            name="n", title="t", axes=("x",), description="d.", source="s",
+            **dict.fromkeys(motions, lambda *_: np.zeros((1, 1, 5))),
+        )  # fmt: skip
+    assert caught.value.field == "motion"
 
 
 # The ship of Jeong, Njonjo & Pan 2017 ------------------------------------------------------------------------------
@@ -179,6 +235,54 @@ def test_the_noise_of_the_climbing_turn_is_larger_in_height():
     result = run_experiment(Experiment.from_dict({"scenario": "climbing-turn", "samples": 20_000}))
     errors = result.measurements.positions - result.truth.positions
     assert errors.std(axis=0) == pytest.approx([30, 30, 60], rel=0.03)
+
+
+# The coordinated turns ---------------------------------------------------------------------------------------------
+
+
+def test_the_turns_are_straight_legs_and_arcs():
+    """Rate of turn from velocity and acceleration, course from the velocity."""
+    times = np.array([-30, 0, 59, 61, 90, 119, 121, 179, 181, 209, 211, 900.0])
+    states = SCENARIOS["coordinated-turn"].truth(times).states
+    (vx, vy), (ax, ay) = states[:, :, 1].T, states[:, :, 2].T
+    rates = np.degrees((vx * ay - vy * ax) / (vx**2 + vy**2))
+    assert rates == pytest.approx([0, 0, 0, 3, 3, 3, 0, 0, -3, -3, 0, 0], rel=1e-12, abs=1e-12)
+    courses = np.degrees(np.unwrap(np.arctan2(vy, vx)))
+    assert courses == pytest.approx([0, 0, 0, 3, 90, 177, 180, 180, 177, 93, 90, 90], rel=1e-12, abs=1e-12)
+
+
+def test_the_turns_are_flown_at_constant_speed():
+    times = np.linspace(-100, 700, 2001)
+    states = SCENARIOS["coordinated-turn"].truth(times).states
+    assert np.hypot(*states[:, :, 1].T) == pytest.approx(120, rel=1e-12, abs=0)
+    # Straight ahead nothing accelerates, exactly.
+    straight = (times < 60) | ((times >= 120) & (times < 180)) | (times >= 210)
+    assert not states[straight, :, 2:].any()
+    sizes = np.linalg.norm(states[~straight, :, 2:], axis=1)
+    rate = math.radians(3)
+    assert sizes == pytest.approx(np.tile(120 * rate ** np.arange(1, 4), (len(sizes), 1)), rel=1e-12, abs=0)
+
+
+@pytest.mark.parametrize("joint", coordinated_turn.JOINTS)
+def test_legs_join(joint):
+    """Position and velocity are continuous, and the acceleration is already that of the leg that begins."""
+    before, at, after = SCENARIOS["coordinated-turn"].truth(joint + np.array([-1e-9, 0, 1e-9])).states
+    for beside in (before, after):
+        assert beside[:, 0] == pytest.approx(at[:, 0], rel=0, abs=2e-7)
+        assert beside[:, 1] == pytest.approx(at[:, 1], rel=0, abs=2e-8)
+    assert after[:, 2:] == pytest.approx(at[:, 2:], rel=0, abs=1e-9)
+    assert np.hypot(*(at - before)[:, 2]) == pytest.approx(120 * math.radians(3), rel=1e-9, abs=0)
+
+
+def test_the_turns_end_where_geometry_says():
+    """Out 7.2 km along x, a half circle of 2 V/w to the left, back, and a quarter circle to the right."""
+    radius = 120 / math.radians(3)
+    found = SCENARIOS["coordinated-turn"].truth(np.array([0, 60, 120, 180, 210, 310.0])).positions
+    expected = [
+        (-8000, 3000), (-800, 3000), (-800, 3000 + 2 * radius), (-8000, 3000 + 2 * radius),
+        (-8000 - radius, 3000 + 3 * radius), (-8000 - radius, 3000 + 3 * radius + 12_000),
+    ]  # fmt: skip
+    assert found == pytest.approx(np.array(expected), rel=1e-13, abs=1e-9)
 
 
 # Polynomial targets ------------------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ number if it is constant; a NaN measurement is bridged by prediction. The state 
 the recursion begins at sample `begin`. Nothing is validated here.
 """
 
-from tracker_core.kernels.recursions import TRACK, least_squares_start, step_response
+from tracker_core.kernels.recursions import TRACK, autoregress, least_squares_start, step_response
 from tracker_core.kernels.selections import (
     bank_choice,
     bank_mixture,
@@ -18,6 +18,7 @@ from tracker_core.kernels.selections import (
 
 __all__ = [
     "TRACK",
+    "autoregress",
     "bank_choice",
     "bank_mixture",
     "candidate_scores",

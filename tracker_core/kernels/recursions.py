@@ -181,6 +181,21 @@ def least_squares_start(
 
 
 @compiled
+def autoregress(decay: FloatArray, series: FloatArray) -> None:
+    """Turn what is new at every sample, shape (n,), into a first-order autoregressive series, in place.
+
+    series[i] += decay[i] * series[i - 1]; `decay` holds that factor for each sample (the first one's is not used), or
+    one number if it is constant.
+    """
+    varying = decay.shape[0] > 1
+    rho = decay[0]
+    for i in range(1, series.shape[0]):
+        if varying:
+            rho = decay[i]
+        series[i] += rho * series[i - 1]
+
+
+@compiled
 def step_response(gains: FloatArray, band: float, horizon: int, overshoot: FloatArray, settling: FloatArray) -> None:
     """Overshoot and settling time of the smoothed step response for every row of gains (n, 4), zero where unused.
 

@@ -1,6 +1,6 @@
 """Targets: one file each family, and the ordered registry that menus, docs, command line and tests read."""
 
-from tracker_core.scenarios import climbing_turn, garg, jeong_ship, polynomial
+from tracker_core.scenarios import climbing_turn, coordinated_turn, garg, jeong_ship, polynomial, singer
 from tracker_core.scenarios.base import Recording, Scenario
 
 SCENARIOS: dict[str, Scenario] = {
@@ -8,6 +8,8 @@ SCENARIOS: dict[str, Scenario] = {
     for scenario in (
         jeong_ship.SCENARIO,
         climbing_turn.SCENARIO,
+        coordinated_turn.SCENARIO,
+        singer.SCENARIO,
         garg.CONSTANT_VELOCITY,
         garg.CONSTANT_VELOCITY_EARLIER,
         garg.ACCELERATING,
