@@ -51,7 +51,10 @@ def webgl(chromium: Callable[..., Browser]) -> Browser:
 
 @pytest.fixture
 def open_page(browser: Browser, port: int) -> Iterator[Callable[..., Page]]:
-    """Opens pages, each in a browser context of its own, and waits until they have drawn everything."""
+    """Opens pages, each in a browser context of its own, and waits until they have drawn everything.
+
+    What has to be there before the page loads is done by `first`.
+    """
     contexts, complaints = [], []
 
     def open_one(
@@ -61,6 +64,7 @@ def open_page(browser: Browser, port: int) -> Iterator[Callable[..., Page]]:
         theme: Any = "light",
         at: int = port,
         using: Browser = browser,
+        first: Callable[[Page], object] | None = None,
         **more: Any,
     ) -> Page:
         context = using.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=theme, **more)
@@ -70,6 +74,8 @@ def open_page(browser: Browser, port: int) -> Iterator[Callable[..., Page]]:
         page.on("console", lambda said: complaints.append(said.text) if said.type == "error" else None)
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on("response", lambda r: complaints.append(f"{r.status} {r.url}") if r.status >= 400 else None)
+        if first is not None:
+            first(page)
         page.goto(f"http://127.0.0.1:{at}/{query}")
         settle(page)
         return page

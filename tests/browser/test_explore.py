@@ -173,31 +173,28 @@ def test_zoom_is_kept_while_sliders_move(open_page, plot, settle):
     assert before[0][0] > 3000
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "said"),
-    [
+def test_bad_input_is_answered_beside_the_field_and_the_plot_stays(open_page, plot, settle):
+    page = open_page()
+    before = plot(page, "path").line(3)
+    for name, text, said in (
         ("interval", "0", "T must be a finite number >= 1e-06"),
         ("samples", "2", "n must be a whole number >= 3 and <= 200,000, got “2”."),
         ("noise_std", "-1", "σ must be a finite number >= 0"),
         ("noise_std", "1, 2, 3", "σ must be one number, or 2 for the axes x, y"),
         ("xi", "1", "ξ must be a finite number >= 0 and < 1, got “1”."),
         ("seed", "x", "Seed must be a whole number"),
-    ],
-)
-def test_bad_input_is_answered_beside_the_field_and_the_plot_stays(open_page, plot, settle, name, text, said):
-    page = open_page()
-    before = plot(page, "path").line(3)
-    good = page.input_value(f"#explore-{name}")
-    enter(page, name, text)
-    message = page.locator(f"#explore-{name}-error")
-    expect(message).to_contain_text(said)
-    expect(page.locator(f"#explore-{name}")).to_have_attribute("aria-invalid", "true")
-    assert page.input_value(f"#explore-{name}") == text
-    assert plot(page, "path").line(3) == before
-    enter(page, name, good)
-    expect(message).to_be_empty()
-    settle(page)
-    assert plot(page, "path").line(3) == before
+    ):
+        good = page.input_value(f"#explore-{name}")
+        enter(page, name, text)
+        message = page.locator(f"#explore-{name}-error")
+        expect(message).to_contain_text(said)
+        expect(page.locator(f"#explore-{name}")).to_have_attribute("aria-invalid", "true")
+        assert page.input_value(f"#explore-{name}") == text
+        assert plot(page, "path").line(3) == before
+        enter(page, name, good)
+        expect(message).to_be_empty()
+        settle(page)
+        assert plot(page, "path").line(3) == before
 
 
 def test_leaving_the_stable_region_is_said_with_the_sample_of_the_stop(open_page, settle):
@@ -286,10 +283,10 @@ def test_the_sample_slider_and_a_click_on_a_plot_move_the_close_up(open_page, pl
 
 
 def test_without_a_socket_sliders_work_through_callbacks(open_page, plot, settle):
-    page = open_page()
-    page.route_web_socket("**/explore/live", lambda socket: socket.close())
-    page.reload()
-    settle(page)
+    def refuse(page):
+        page.route_web_socket("**/explore/live", lambda socket: socket.close())
+
+    page = open_page(first=refuse)
     drag(page, "xi", [0.6, 0.5, 0.4])
     settle(page)
     xi = float(page.input_value("#explore-xi"))
