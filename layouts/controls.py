@@ -15,7 +15,7 @@ from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment, In
 from tracker_core.checks import Domain, check_choice
 from tracker_core.conventions import GAIN, rewrite
 from tracker_core.design import MANUAL
-from tracker_core.experiment import DEFAULTS, PARAMETERS, read_experiment
+from tracker_core.experiment import BESIDE, DEFAULTS, PARAMETERS, read_experiment
 from tracker_core.fields import FIELDS
 from tracker_core.optimal import index_of_noise_gain, path_index, path_share
 from tracker_core.papers import papers
@@ -77,9 +77,7 @@ def controls_of(settings: Settings) -> dict[str, Any]:
         for name in PARAMETERS
     }
     controls.update(experiment.to_dict())
-    controls["noise_std"] = ", ".join(
-        f"{value:g}" if float(f"{value:g}") == value else repr(value) for value in experiment.noise_std
-    )
+    controls["noise_std"] = _listed(experiment.noise_std or BESIDE["noise_std"][2])
     controls.update(dict(zip(GAIN_NAMES, experiment.gains().values, strict=False)))
     controls["written"] = experiment.convention
     controls["preset"] = preset_of(experiment)
@@ -93,6 +91,11 @@ def controls_of(settings: Settings) -> dict[str, Any]:
     controls.update(dict.fromkeys(LIMIT_FIELDS, "") | settings.limits.given())
     controls["responsiveness"] = responsiveness(experiment)
     return controls
+
+
+def _listed(numbers: Iterable[float]) -> str:
+    """Numbers as they stand in a box."""
+    return ", ".join(f"{value:g}" if float(f"{value:g}") == value else repr(value) for value in numbers)
 
 
 def responsiveness(experiment: Experiment) -> float | None:

@@ -7,23 +7,26 @@ Same experiment, same bits. The link in the address bar, the page, the command l
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from tracker_core.adaptive import METHODS, Method, Selection, Shape
+from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.checks import InputError
 from tracker_core.conventions import Gains
 from tracker_core.design import DESIGNS, MANUAL
 from tracker_core.fields import FIELDS
 from tracker_core.filters import run_filter
+from tracker_core.manoeuvre import wander
 from tracker_core.metrics import Metrics, measure, measure_axes
-from tracker_core.noise import NOISES
+from tracker_core.noise import DECIBEL, NOISES, std_from_snr
 from tracker_core.scenarios import SCENARIOS, Scenario
-from tracker_core.stability import Verdict, assess
+from tracker_core.stability import Verdict, assess, stable
 from tracker_core.starts import STARTS
-from tracker_core.types import GAIN_NAMES, FloatArray, Measurements, Track, Truth
+from tracker_core.types import GAIN_NAMES, ORDERS, FloatArray, Measurements, Track, Truth
 
 PARAMETERS = (*GAIN_NAMES, "xi", "tracking_index")
 """Fields that a gain design may be computed from."""
@@ -33,7 +36,9 @@ DEFAULTS: dict[str, Any] = {
     "samples": 200,
     "interval": 1.0,
     "noise": "white",
+    "noise_level": "std",
     "noise_std": (10.0,),
+    "manoeuvre": "none",
     "seed": 1,
     "start": "two-point",
     "order": 3,
@@ -42,11 +47,22 @@ DEFAULTS: dict[str, Any] = {
     "xi": 0.64,
 }
 
-_DESIGN_FIELDS = ("order", "design", *PARAMETERS)
+BESIDE: dict[str, tuple[str, tuple[str, ...], Any]] = {
+    "noise_correlation": ("noise", ("coloured",), 0.5),
+    "noise_std": ("noise_level", ("std",), (10.0,)),
+    "snr": ("noise_level", ("snr", "snr-decibel"), 20.0),
+    "manoeuvre_std": (
+        "manoeuvre",
+        ("acceleration-pulses", "acceleration-jumps", "jerk-pulses"),
+        1.0,
+    ),
+}
+"""Fields that mean something beside certain values of another field only: that field, the values, the default."""
+
 CACHED_SAMPLES = 20_000
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
     """A complete, valid description; made by `from_dict`, which fills in what is left out.
 
@@ -55,13 +71,21 @@ class Experiment:
         samples: number of measurements, 3 to 200,000.
         interval: T, s.
         noise: a name in NOISES.
+        noise_level: "std" if noise_std gives the level of the noise, "snr" or "snr-decibel" if snr does.
         noise_std: standard deviation of the measurement error, m: one number, or one per axis.
-        seed: of the noise.
+        snr: signal-to-noise ratio, of powers or in decibel: see `noise.std_from_snr`.
+        noise_correlation: of coloured noise from sample to sample.
+        manoeuvre: a name in MANOEUVRES.
+        manoeuvre_std: standard deviation of the manoeuvre noise, in its unit.
+        seed: of the noises, and of a random target.
         start: a name in STARTS.
         order: 2, 3 or 4.
         convention: a name in CONVENTIONS; alpha ... eta below are written in it.
-        design: a name in DESIGNS, or "manual".
+        design: a name in DESIGNS or METHODS, or "manual".
         alpha, beta, gamma, eta, xi, tracking_index: what the design is computed from, and None for the rest.
+        fixed_alpha, weight, criterion, window, step, grid, grid_eta, refinements, members, memory, shortest, longest,
+            objective, end_points, ties, bound, parabola: what the method is told, and None for the rest; see
+            `adaptive.PARAMETERS`.
 
     Raises:
         InputError: for anything that does not fit together.
@@ -71,7 +95,12 @@ class Experiment:
     samples: int
     interval: float
     noise: str
-    noise_std: tuple[float, ...]
+    noise_level: str
+    noise_std: tuple[float, ...] | None = None
+    snr: float | None = None
+    noise_correlation: float | None = None
+    manoeuvre: str
+    manoeuvre_std: float | None = None
     seed: int
     start: str
     order: int
@@ -83,6 +112,23 @@ class Experiment:
     eta: float | None = None
     xi: float | None = None
     tracking_index: float | None = None
+    fixed_alpha: float | None = None
+    weight: float | None = None
+    criterion: str | None = None
+    window: int | None = None
+    step: int | None = None
+    grid: int | None = None
+    grid_eta: int | None = None
+    refinements: int | None = None
+    members: int | None = None
+    memory: float | None = None
+    shortest: float | None = None
+    longest: float | None = None
+    objective: str | None = None
+    end_points: str | None = None
+    ties: str | None = None
+    bound: str | None = None
+    parabola: str | None = None
 
     def __post_init__(self) -> None:
         for name, field in FIELDS.items():
@@ -92,7 +138,15 @@ class Experiment:
         _check_sensor(self)
         if self.order < STARTS[self.start].least_order:
             raise InputError("start", f"must not be '{self.start}' for a filter of order {self.order}", self.start)
-        self.gains()
+        if self.method is None:
+            self.gains()
+            return
+        for name in PARAMETERS:
+            if getattr(self, name) is not None:
+                raise InputError(name, f"must be left out for the method '{self.design}'", getattr(self, name))
+        scenario = SCENARIOS[self.scenario]
+        shape = Shape(self.samples, len(scenario.axes), self.order, scenario.known_states)
+        self.method.check(shape, self.start, self.interval, self.parameters())
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Experiment:
@@ -109,8 +163,23 @@ class Experiment:
             raise errors[0]
         return experiment
 
+    @property
+    def method(self) -> Method | None:
+        """The method that chooses the gains as the filter runs; None where a design or a hand has set them."""
+        return None if self.design in DESIGNS else METHODS.get(self.design)
+
+    def parameters(self) -> dict[str, Any]:
+        """What the method is told, by name; what is None is searched."""
+        return {name: getattr(self, name) for name in METHOD_PARAMETERS if getattr(self, name) is not None}
+
     def gains(self) -> Gains:
-        """The gains of this experiment, written in its convention."""
+        """The constant gains of this experiment, written in its convention.
+
+        Raises:
+            InputError: where a method chooses them as the filter runs: there is no one set.
+        """
+        for name, value in self.parameters().items():
+            raise InputError(name, f"must be left out for the design '{self.design}'", value)
         given = {name: getattr(self, name) for name in PARAMETERS if getattr(self, name) is not None}
         if self.design != MANUAL:
             return Gains.normalised(DESIGNS[self.design].gains(self.order, **given)).to(self.convention)
@@ -131,12 +200,11 @@ class Experiment:
         """
         values = {item.name: getattr(self, item.name) for item in fields(self)}
         values = {name: value for name, value in values.items() if value is not None}
-        values["noise_std"] = list(self.noise_std)
-        if not minimal:
-            return values
         usual = {**_usual(self.scenario, self.design, self.order), "scenario": DEFAULTS["scenario"]}
-        usual["noise_std"] = list(usual["noise_std"])
-        return {name: value for name, value in values.items() if usual.get(name) != value}
+        usual |= {name: value for name, value in _beside(values).items() if name not in usual}
+        if minimal:
+            values = {name: value for name, value in values.items() if usual.get(name) != value}
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
 
 
 def read_experiment(values: Mapping[str, Any]) -> tuple[Experiment | None, list[InputError]]:
@@ -187,7 +255,20 @@ def _complete(known: dict[str, Any]) -> dict[str, Any]:
     design = known.get("design") or _implied_design(given, known.get("order", usual["order"]), usual["design"])
     order = known.get("order") or _implied_order(given, design, usual)
     complete = {**_usual(scenario, design, order), **known, "design": design, "order": order}
+    for name, (other, values, _) in BESIDE.items():
+        if complete[other] not in values and name not in known:
+            complete.pop(name, None)
+    complete = {**_beside(complete), **complete}
     return {name: value for name, value in complete.items() if value is not None}
+
+
+def _beside(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Defaults of the fields that these values call for: see BESIDE; and of a method's parameters."""
+    wanted = {name: default for name, (other, among, default) in BESIDE.items() if values.get(other) in among}
+    design = values.get("design")
+    if design in METHODS and design not in DESIGNS:
+        wanted |= METHODS[str(design)].defaults(values["interval"])
+    return wanted
 
 
 def _implied_design(given: list[str], order: int, usual: str) -> str:
@@ -205,15 +286,30 @@ def _implied_order(given: list[str], design: str, usual: dict[str, Any]) -> int:
     if design == MANUAL:
         least = max((GAIN_NAMES.index(name) + 1 for name in given if name in GAIN_NAMES), default=0)
         return max(2, least, usual["order"] if usual["design"] == MANUAL or not least else 0)
-    if design in DESIGNS and usual["order"] not in DESIGNS[design].formulas:
-        return DESIGNS[design].orders[0]
-    return int(usual["order"])
+    serves = orders_of(design)
+    return int(usual["order"]) if usual["order"] in serves else serves[0]
+
+
+def orders_of(design: str) -> tuple[int, ...]:
+    """The filter orders that a design or a method serves; all of them where the gains are set by hand."""
+    if design in DESIGNS:
+        return DESIGNS[design].orders
+    return METHODS[design].orders if design in METHODS else ORDERS
 
 
 def _check_sensor(experiment: Experiment) -> None:
     """What noise, samples, interval and the scenario's recording must have in common."""
     scenario = SCENARIOS[experiment.scenario]
-    if len(experiment.noise_std) not in (1, len(scenario.axes)):
+    for name, (other, values, _) in BESIDE.items():
+        value, beside = getattr(experiment, name), getattr(experiment, other)
+        if (value is not None) != (beside in values):
+            rule = "must be given" if value is None else "must be left out"
+            raise InputError(name, f"{rule} where {other} is '{beside}'", value)
+    if experiment.noise_level == "snr" and not (experiment.snr or 0) > 0:
+        raise InputError("snr", "must be > 0 as a ratio of powers", experiment.snr)
+    if experiment.noise_level == "snr-decibel":
+        DECIBEL.check("snr", experiment.snr)
+    if experiment.noise_std is not None and len(experiment.noise_std) not in (1, len(scenario.axes)):
         axes = len(scenario.axes)
         rule = (
             "must be one number"
@@ -240,12 +336,15 @@ class Result:
 
     Attributes:
         experiment: the description.
-        gains: the gains it ran with, in its convention.
+        gains: the gains it ran with, in its convention; where a method chose them, those of the last sample of the
+            first axis, or of another one: see `at`.
         verdict: their stability.
         truth: what the target did.
         measurements: what the sensor saw of it.
+        noise_std: standard deviation of its error, per axis, m.
         track: what the filter made of that.
         metrics: how good the track is, all axes jointly.
+        selection: how a method chose the gains; None where they are constant.
     """
 
     experiment: Experiment
@@ -253,8 +352,10 @@ class Result:
     verdict: Verdict
     truth: Truth
     measurements: Measurements
+    noise_std: tuple[float, ...]
     track: Track
     metrics: Metrics
+    selection: Selection | None = None
 
     @property
     def scenario(self) -> Scenario:
@@ -263,33 +364,74 @@ class Result:
 
     def axis_metrics(self) -> tuple[Metrics, ...]:
         """The figures of merit of every axis for itself."""
-        return measure_axes(self.track, self.measurements, self.truth, self.gains, stable=self.verdict.stable)
+        steady = self.verdict.stable and self.selection is None
+        return measure_axes(self.track, self.measurements, self.truth, self.gains, stable=steady)
+
+    def at(self, sample: int, axis: int) -> Result:
+        """The same result with the gains, and their verdict, that a method used at a sample of an axis."""
+        if self.selection is None:
+            return self
+        gains = Gains.normalised(self.selection.gains_at(sample, axis)).to(self.experiment.convention)
+        return replace(self, gains=gains, verdict=assess(gains))
+
+    def unstable_share(self) -> float:
+        """Share of the corrections, over all axes, whose gains would be unstable if they were held."""
+        if self.selection is None:
+            return 0.0 if self.verdict.stable else 1.0
+        used = self.selection.gains[~np.isnan(self.selection.gains[:, :, 0])]
+        return float(1 - stable(used).mean()) if len(used) else 0.0
 
 
-def observe(experiment: Experiment) -> tuple[Truth, Measurements]:
-    """The truth of an experiment and what the sensor measured of it; short ones are remembered."""
-    key = (
-        experiment.scenario, experiment.samples, experiment.interval, experiment.noise, experiment.noise_std,
-        experiment.seed,
-    )  # fmt: skip
+def observe(experiment: Experiment) -> tuple[Truth, Measurements, tuple[float, ...]]:
+    """The truth of an experiment, what the sensor measured of it, and the standard deviation of its error per axis.
+
+    Short runs are remembered.
+    """
+    key = tuple(getattr(experiment, name) for name in _SEEN)
     return _remembered(*key) if experiment.samples <= CACHED_SAMPLES else _observe(*key)
 
 
+_SEEN = (
+    "scenario", "samples", "interval", "noise", "noise_level", "noise_std", "noise_correlation", "snr", "manoeuvre",
+    "manoeuvre_std", "seed",
+)  # fmt: skip
+"""What truth and measurements follow from, in the order in which `_observe` takes it."""
+
+
 def _observe(
-    scenario_name: str, samples: int, interval: float, noise: str, noise_std: tuple[float, ...], seed: int
-) -> tuple[Truth, Measurements]:
+    scenario_name: str,
+    samples: int,
+    interval: float,
+    noise: str,
+    noise_level: str,
+    noise_std: tuple[float, ...] | None,
+    noise_correlation: float | None,
+    snr: float | None,
+    manoeuvre: str,
+    manoeuvre_std: float | None,
+    seed: int,
+) -> tuple[Truth, Measurements, tuple[float, ...]]:
     scenario = SCENARIOS[scenario_name]
-    truth = scenario.truth((scenario.first_sample + np.arange(samples, dtype=np.float64)) * interval, seed)
+    times = (scenario.first_sample + np.arange(samples, dtype=np.float64)) * interval
+    truth = scenario.truth(times, seed)
+    axes = len(scenario.axes)
+    if manoeuvre_std is not None:
+        pushed = truth.states + wander(manoeuvre, samples, axes, interval, manoeuvre_std, seed)
+        truth = Truth(times, pushed)
+    if noise_std is not None:
+        std = noise_std * axes if len(noise_std) == 1 else noise_std
+    else:
+        std = std_from_snr(truth.positions, snr or 0.0, decibel=noise_level == "snr-decibel")
     if noise == "recorded" and scenario.recording is not None:
         positions = np.array(scenario.recording.positions[:samples])
     else:
         draw = NOISES[noise].draw
         positions = truth.positions.copy()
         if draw is not None:
-            positions += draw(positions.shape, noise_std, seed, 0.0)
+            positions += draw(positions.shape, std, seed, noise_correlation or 0.0)
     for array in (truth.times, truth.states, positions):
         array.setflags(write=False)
-    return truth, Measurements(truth.times, positions, interval)
+    return truth, Measurements(truth.times, positions, interval), std
 
 
 _remembered = lru_cache(maxsize=32)(_observe)
@@ -305,17 +447,39 @@ def known_state(experiment: Experiment) -> FloatArray | None:
 
 
 def run_experiment(experiment: Experiment) -> Result:
-    """Run it: truth, measurements, track, stability, metrics."""
-    gains = experiment.gains()
-    truth, measurements = observe(experiment)
-    track = run_filter(measurements, gains, start=experiment.start, initial_state=known_state(experiment))
+    """Run it: truth, measurements, track, stability, metrics. Short runs of methods are remembered."""
+    if experiment.method is not None and experiment.samples <= CACHED_SAMPLES:
+        return _remembered_run(experiment)
+    return _run(experiment)
+
+
+def _run(experiment: Experiment) -> Result:
+    truth, measurements, noise_std = observe(experiment)
+    before, selection = known_state(experiment), None
+    if experiment.method is None:
+        gains = experiment.gains()
+        track = run_filter(measurements, gains, start=experiment.start, initial_state=before)
+    else:
+        selection = experiment.method.run(
+            measurements, experiment.order, truth=truth, start=experiment.start, initial_state=before,
+            **experiment.parameters(),
+        )  # fmt: skip
+        track = selection.track
+        gains = Gains.normalised(selection.gains_at(experiment.samples, 0)).to(experiment.convention)
     verdict = assess(gains)
+    # Gains that change have no steady lag.
+    steady = verdict.stable and selection is None
     return Result(
         experiment=experiment,
         gains=gains,
         verdict=verdict,
         truth=truth,
         measurements=measurements,
+        noise_std=noise_std,
         track=track,
-        metrics=measure(track, measurements, truth, gains, stable=verdict.stable),
+        metrics=measure(track, measurements, truth, gains, stable=steady),
+        selection=selection,
     )
+
+
+_remembered_run = lru_cache(maxsize=8)(_run)

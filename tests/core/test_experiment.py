@@ -156,8 +156,8 @@ def test_another_order_of_a_manual_filter_keeps_no_gain():
 def test_full_description_has_no_empty_fields():
     full = read(design="kalata", tracking_index=1).to_dict()
     assert list(full) == [
-        "scenario", "samples", "interval", "noise", "noise_std", "seed", "start", "order", "convention", "design",
-        "tracking_index",
+        "scenario", "samples", "interval", "noise", "noise_level", "noise_std", "manoeuvre", "seed", "start", "order",
+        "convention", "design", "tracking_index",
     ]  # fmt: skip
     assert full["noise_std"] == [10.0]
 
@@ -436,8 +436,8 @@ def test_same_experiment_same_bits(values):
 
 def test_remembered_and_fresh_observations_are_the_same():
     """Long runs are computed anew, short ones are kept: a longer run begins with the shorter one either way."""
-    _, short = observe(read(samples=CACHED_SAMPLES))
-    _, long = observe(read(samples=CACHED_SAMPLES + 1))
+    _, short, _ = observe(read(samples=CACHED_SAMPLES))
+    _, long, _ = observe(read(samples=CACHED_SAMPLES + 1))
     assert np.array_equal(short.positions, long.positions[:CACHED_SAMPLES])
     assert observe(read(samples=5))[0] is observe(read(samples=5))[0]
 

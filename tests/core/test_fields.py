@@ -5,16 +5,28 @@ import dataclasses
 import pytest
 
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment, InputError
+from tracker_core.adaptive import METHODS
+from tracker_core.adaptive.parameters import BOUNDS, CRITERIA, END_POINTS, PARABOLAS, TIES
 from tracker_core.experiment import DEFAULTS, PARAMETERS
-from tracker_core.fields import FIELDS
+from tracker_core.fields import FIELDS, NOISE_LEVELS
+from tracker_core.manoeuvre import MANOEUVRES
 from tracker_core.noise import NOISES
+from tracker_core.types import STATE_NAMES
 
 CHOICES = {
     "scenario": list(SCENARIOS),
     "noise": list(NOISES),
     "start": list(STARTS),
     "convention": list(CONVENTIONS),
-    "design": ["manual", *DESIGNS],
+    "design": list(dict.fromkeys(["manual", *DESIGNS, *METHODS])),
+    "noise_level": list(NOISE_LEVELS),
+    "manoeuvre": list(MANOEUVRES),
+    "criterion": list(CRITERIA),
+    "objective": list(STATE_NAMES),
+    "end_points": list(END_POINTS),
+    "ties": list(TIES),
+    "bound": list(BOUNDS),
+    "parabola": list(PARABOLAS),
 }
 
 
@@ -42,6 +54,14 @@ def test_choices_are_the_registry(name):
 @pytest.mark.parametrize("name", sorted(DEFAULTS))
 def test_defaults_are_admitted(name):
     assert FIELDS[name].read(name, DEFAULTS[name]) == DEFAULTS[name]
+
+
+def test_every_choice_is_listed_above():
+    assert set(CHOICES) == {name for name, field in FIELDS.items() if field.kind == "choice"}
+
+
+def test_every_method_parameter_is_a_field():
+    assert {name for method in METHODS.values() for name in method.parameters} <= set(FIELDS)
 
 
 def test_every_design_parameter_is_a_field():

@@ -79,7 +79,7 @@ def test_the_search_for_definitions_finds_them():
     names = {name for name, _ in DEFINITIONS}
     assert {
         "tracker_core.filters.run_filter",
-        "tracker_core.kernels.track4",
+        "tracker_core.kernels.recursions.track4",
         "tracker_core.experiment.Experiment.from_dict",
         "tracker_core.design.base.Design.orders",
     } <= names

@@ -9,7 +9,7 @@ from tracker_core.adaptive import (
     moving_window,
     sample_search,
 )
-from tracker_core.adaptive.base import Method, Selection
+from tracker_core.adaptive.base import Method, Selection, Shape
 from tracker_core.adaptive.parameters import PARAMETERS
 
 METHODS: dict[str, Method] = {
@@ -27,4 +27,4 @@ METHODS: dict[str, Method] = {
     )
 }
 
-__all__ = ["METHODS", "PARAMETERS", "Method", "Selection"]
+__all__ = ["METHODS", "PARAMETERS", "Method", "Selection", "Shape"]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tracker_core.adaptive.base import Draft, Method, Problem, Selection, check_store, check_work, one_hot
+from tracker_core.adaptive.base import Draft, Method, Problem, Selection, Shape, check_bank, one_hot
 from tracker_core.design import DESIGNS
 from tracker_core.types import FloatArray
 
@@ -26,8 +26,6 @@ def _run(problem: Problem, members: int, decay: float) -> Selection:
     from tracker_core import kernels  # compiled code is loaded when the first filter runs
 
     samples, axes, order = problem.shape
-    check_store("members", members, samples, axes)
-    check_work("members", members, members * samples * axes)
     gains = bank_members(members)
     draft, setting = Draft.of(problem), problem.setting
     chosen = np.full((axes, samples), -1)
@@ -41,6 +39,11 @@ def _run(problem: Problem, members: int, decay: float) -> Selection:
             )
         )  # fmt: skip
     return draft.selection(members=gains, weights=one_hot(chosen, members))
+
+
+def rule(shape: Shape, parameters: Mapping[str, Any]) -> None:
+    """The weights must fit into memory."""
+    check_bank(shape, parameters["members"])
 
 
 def in_hindsight(problem: Problem, *, members: int) -> Selection:
@@ -63,6 +66,7 @@ ORACLE = Method(
     orders=(2,),
     parameters={"members": 20},
     work=in_hindsight,
+    rule=rule,
     sentence="K filters run side by side; at every sample the one whose prediction lies nearest the measurement "
     "speaks. αᵢ = (i − ½)/K, β = α²/(2 − α).",
     source="Al-Wagih & Abdulla, algorithm 3, method M5",
@@ -76,6 +80,7 @@ CAUSAL = Method(
     orders=(2,),
     parameters={"members": 20, "memory": lambda interval: 10 * interval},
     work=causal,
+    rule=rule,
     sentence="The same K filters; the one with the least innovation power so far speaks, the past fading with the "
     "memory.",
     source="The causal form of Al-Wagih & Abdulla's method M5",

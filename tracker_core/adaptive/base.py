@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from tracker_core.adaptive.parameters import PARAMETERS
-from tracker_core.checks import InputError
+from tracker_core.checks import Domain, InputError
 from tracker_core.filters import STOP_LIMIT, Setting, set_up
-from tracker_core.types import STATE_NAMES, FloatArray, IntArray, Measurements, Track, Truth
+from tracker_core.types import ORDERS, FloatArray, IntArray, Measurements, Track, Truth
 
 WORK_LIMIT = 600_000_000
 """Filter steps that one run of a method may take: some seconds."""
@@ -55,11 +55,32 @@ class Selection:
 
 
 @dataclass(frozen=True, slots=True)
+class Shape:
+    """What the rules of a method's parameters depend on.
+
+    Attributes:
+        samples, axes: of the measurements.
+        order: of the filter.
+        known_states: how many of the true states, from the position on, are known; 0 without a truth.
+    """
+
+    samples: int
+    axes: int
+    order: int
+    known_states: int
+
+
+@dataclass(frozen=True, slots=True)
 class Problem:
-    """What a method is given: the run before its first sample, and, where it looks in hindsight, the truth."""
+    """What a method is given.
+
+    Attributes:
+        setting: the run before its first sample.
+        truth: shape (n_samples, n_axes, 5); NaN where nobody knows it.
+    """
 
     setting: Setting
-    truth: FloatArray | None
+    truth: FloatArray
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -72,20 +93,20 @@ class Problem:
         return float(np.median(self.setting.dt))
 
     def true_state(self, which: int) -> FloatArray:
-        """One true state of every axis, shape (n_axes, n_samples).
-
-        Raises:
-            InputError: where nobody knows it.
-        """
-        known = None if self.truth is None else self.truth[:, :, which]
-        if known is None or np.isnan(known).any():
-            raise InputError("objective", "must be a state whose truth is known", STATE_NAMES[which])
-        return np.ascontiguousarray(known.T)
+        """One true state of every axis, shape (n_axes, n_samples)."""
+        return np.ascontiguousarray(self.truth[:, :, which].T)
 
 
 @dataclass(slots=True)
 class Draft:
-    """The arrays that a method fills, axis first."""
+    """The arrays that a method fills.
+
+    Attributes:
+        problem: what it was given.
+        predicted, smoothed: shape (n_axes, n_samples, order).
+        used: the gains, same shape.
+        stops: where the axes were stopped; the number of samples for those that were not.
+    """
 
     problem: Problem
     predicted: FloatArray
@@ -128,13 +149,12 @@ class Method:
         title: for menus.
         orders: the filter orders that it serves, ascending.
         parameters: what it is told, with defaults; names are fields of the experiment. A default of None is searched.
-        work: the method itself: from a problem and the parameters to a selection.
+        work: the method itself: from a problem and the parameters, checked, to a selection.
+        rule: refuses parameters that do not fit the shape of a run with an InputError.
         sentence: what it does, plainly.
         source: where it comes from.
         hindsight: from the parameters to the reason why no tracker could run it, in one line; empty for a causal one.
-        counterpart: name of the causal method of the same idea, and the parameters it takes over; None for a causal
-            one.
-        needs_truth: whether it cannot run without the truth.
+        counterpart: name of the causal method of the same idea; None for a causal one.
     """
 
     name: str
@@ -144,9 +164,9 @@ class Method:
     work: Callable[..., Selection]
     sentence: str
     source: str
+    rule: Callable[[Shape, Mapping[str, Any]], None] = lambda _shape, _parameters: None
     hindsight: Callable[[Mapping[str, Any]], str] = lambda _: ""
     counterpart: str | None = None
-    needs_truth: bool = False
 
     def defaults(self, interval: float) -> dict[str, Any]:
         """Every parameter that has one, by name."""
@@ -155,18 +175,34 @@ class Method:
         }
         return {name: value for name, value in values.items() if value is not None}
 
-    def read(self, parameters: Mapping[str, Any], interval: float) -> dict[str, Any]:
+    def check(self, shape: Shape, start: str, interval: float, parameters: Mapping[str, Any]) -> dict[str, Any]:
         """The parameters, checked and filled up.
 
+        Args:
+            shape: of the run.
+            start: a name in STARTS.
+            interval: s; defaults depend on it.
+            parameters: by name; None for the default.
+
         Raises:
-            InputError: for one it does not know, or that breaks its rule.
+            InputError: for an order or start that the method does not serve, a parameter that it does not know or
+                that breaks a rule.
         """
-        for name, value in parameters.items():
-            if name not in self.parameters and value is not None:
-                raise InputError(name, f"must be left out for the method '{self.name}'", value)
+        if shape.order not in self.orders:
+            either = " or ".join(map(str, self.orders))
+            raise InputError("order", f"must be {either} for the method '{self.name}'", shape.order)
+        if start == "expanding":
+            raise InputError("start", f"must not be 'expanding' for the method '{self.name}'", start)
         given = {name: value for name, value in parameters.items() if value is not None}
+        for name, value in given.items():
+            if name not in self.parameters:
+                raise InputError(name, f"must be left out for the method '{self.name}'", value)
         filled = dict.fromkeys(self.parameters) | self.defaults(interval) | given
-        return {name: None if value is None else PARAMETERS[name].read(name, value) for name, value in filled.items()}
+        checked = {
+            name: None if value is None else PARAMETERS[name].read(name, value) for name, value in filled.items()
+        }
+        self.rule(shape, checked)
+        return checked
 
     def run(
         self,
@@ -189,25 +225,22 @@ class Method:
             parameters: by name; what is left out takes its default.
 
         Raises:
-            InputError: for an order or a start it does not serve, a missing truth, a parameter that breaks its rule,
-                more work than WORK_LIMIT, or measurements that `run_filter` would refuse.
+            InputError: for what `check` refuses, and measurements that `run_filter` would refuse.
         """
         if order is None and len(self.orders) == 1:
             order = self.orders[0]
-        if order not in self.orders:
-            either = " or ".join(map(str, self.orders))
-            raise InputError("order", f"must be {either} for the method '{self.name}'", order)
-        if start == "expanding":
-            raise InputError("start", f"must not be 'expanding' for the method '{self.name}'", start)
-        if self.needs_truth and truth is None:
-            raise InputError("design", "must be one that needs no truth where there is none", self.name)
+        order = int(Domain(min(ORDERS), max(ORDERS), whole=True).check("order", order))
         setting = set_up(measurements, order, start=start, initial_state=initial_state, limit=limit)
-        problem = Problem(setting, None if truth is None else truth.states)
-        return self.work(problem, **self.read(parameters, problem.interval))
+        samples, axes = setting.z.shape
+        states = np.full((samples, axes, 5), np.nan) if truth is None else truth.states
+        known = int(np.logical_and.accumulate(~np.isnan(states).any(axis=(0, 1))).sum())
+        problem = Problem(setting, states)
+        checked = self.check(Shape(samples, axes, order, known), start, problem.interval, parameters)
+        return self.work(problem, **checked)
 
 
 def check_work(field: str, value: Any, steps: int) -> None:
-    """Refuse what would take too long.
+    """Refuse what would take too long: `steps` filter steps.
 
     Raises:
         InputError: naming the parameter to make smaller.
@@ -216,15 +249,15 @@ def check_work(field: str, value: Any, steps: int) -> None:
         raise InputError(field, f"must be smaller: at most {WORK_LIMIT:,} filter steps a run, not {steps:,}", value)
 
 
-def check_store(field: str, members: int, samples: int, axes: int) -> None:
-    """Refuse a bank whose weights would not fit.
+def check_bank(shape: Shape, members: int, orders: int = 1) -> None:
+    """Refuse a bank whose weights would not fit: `members` of so many orders.
 
     Raises:
         InputError: naming the parameter to make smaller.
     """
-    if members * samples * axes > STORE_LIMIT:
-        rule = f"must be <= {STORE_LIMIT // (samples * axes)} for {samples:,} samples of {axes} axes"
-        raise InputError(field, rule, members)
+    most = STORE_LIMIT // (shape.samples * shape.axes * orders)
+    if members > most:
+        raise InputError("members", f"must be <= {most} for {shape.samples:,} samples of {shape.axes} axes", members)
 
 
 def one_hot(chosen: IntArray, members: int) -> FloatArray:

@@ -10,20 +10,35 @@ bounded for every bounded input.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import exp
+from typing import Any
 
 import numpy as np
 
-from tracker_core.adaptive.base import Draft, Method, Problem, Selection, check_store, check_work
+from tracker_core.adaptive.base import Draft, Method, Problem, Selection, Shape, check_bank
 from tracker_core.checks import InputError
 from tracker_core.design import DESIGNS
 from tracker_core.types import FloatArray
 
 
+def member_orders(order: int) -> range:
+    """The order itself and the one below, if there is one."""
+    return range(max(2, order - 1), order + 1)
+
+
+def rule(shape: Shape, parameters: Mapping[str, Any]) -> None:
+    """The fastest member is the fastest, and the weights fit into memory."""
+    shortest, longest = parameters["shortest"], parameters["longest"]
+    if not shortest <= longest:
+        raise InputError("longest", f"must be >= {shortest:g}, the shortest", longest)
+    check_bank(shape, parameters["members"], len(member_orders(shape.order)))
+
+
 def bank_members(order: int, members: int, shortest: float, longest: float, interval: float) -> FloatArray:
     """The gains of the bank, shape (K or 2 K, order), normalised; a gain that a member does not have is zero."""
     rows = []
-    for member_order in range(max(2, order - 1), order + 1):
+    for member_order in member_orders(order):
         for tau in np.geomspace(shortest, longest, members).tolist():
             gains = DESIGNS["fading-memory"].gains(member_order, xi=exp(-interval / tau))
             rows.append(np.pad(gains, (0, order - member_order)))
@@ -35,11 +50,7 @@ def work(problem: Problem, *, members: int, shortest: float, longest: float, mem
     from tracker_core import kernels  # compiled code is loaded when the first filter runs
 
     samples, axes, order = problem.shape
-    if not shortest <= longest:
-        raise InputError("longest", f"must be >= {shortest:g}, the shortest", longest)
     gains = bank_members(order, members, shortest, longest, problem.interval)
-    check_store("members", len(gains), samples, axes)
-    check_work("members", members, len(gains) * samples * axes)
     draft, setting = Draft.of(problem), problem.setting
     states, begins = np.zeros((axes, len(gains), order)), np.zeros(axes, dtype=np.int64)
     for axis in range(axes):
@@ -68,6 +79,7 @@ METHOD = Method(
         "memory": lambda interval: max(4.0, 10 * interval),
     },
     work=work,
+    rule=rule,
     sentence="Fading-memory filters of this order and the one below, their time constants τ spaced evenly in the "
     "logarithm, mixed by their past innovations. Needs neither the noise nor the truth, and stays bounded.",
     source="Gainscope; the weights are those of a Bayesian mean over members with unknown innovation variance",

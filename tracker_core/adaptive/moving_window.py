@@ -2,8 +2,20 @@
 
 from __future__ import annotations
 
-from tracker_core.adaptive.base import Draft, Method, Problem, Selection, check_work
+from collections.abc import Mapping
+from typing import Any
+
+from tracker_core.adaptive.base import Draft, Method, Problem, Selection, Shape, check_work
 from tracker_core.checks import InputError
+
+
+def rule(shape: Shape, parameters: Mapping[str, Any]) -> None:
+    """The window must fit into the run, and the searches into a few seconds."""
+    window = parameters["window"]
+    if window >= shape.samples:
+        raise InputError("window", f"must be < {shape.samples:,}, the number of samples", window)
+    tried = parameters["grid"] * (parameters["refinements"] + 1)
+    check_work("window", window, shape.samples * shape.axes * window * tried // parameters["step"])
 
 
 def work(
@@ -12,12 +24,8 @@ def work(
     """See `kernels.window_search`."""
     from tracker_core import kernels  # compiled code is loaded when the first filter runs
 
-    samples, axes, _ = problem.shape
-    if window >= samples:
-        raise InputError("window", f"must be < {samples:,}, the number of samples", window)
-    check_work("window", window, samples * axes * window * grid * (refinements + 1) // step)
     draft, setting = Draft.of(problem), problem.setting
-    for axis in range(axes):
+    for axis in range(problem.shape[1]):
         state, begin = draft.begin(axis)
         draft.stops.append(
             kernels.window_search(
@@ -37,6 +45,7 @@ METHOD = Method(
         "fixed_alpha": 0.05, "window": 20, "step": 1, "grid": 20, "refinements": 1, "criterion": "mean-square",
     },
     work=work,
+    rule=rule,
     sentence="Begins with α₀; then the last W samples are filtered again with every α of a grid, and the one with the "
     "least innovations serves the samples to come. β = α²/(2 − α).",
     source="Al-Wagih & Abdulla, algorithm 2, method M4",

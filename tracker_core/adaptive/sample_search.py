@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from tracker_core.adaptive.base import Draft, Method, Problem, Selection, check_work
+from tracker_core.adaptive.base import Draft, Method, Problem, Selection, Shape, check_work
 from tracker_core.checks import InputError
 from tracker_core.stability import stable
 from tracker_core.types import GAIN_NAMES, STATE_NAMES, FloatArray, IntArray
@@ -99,12 +99,19 @@ def neighbours(levels: IntArray, which: int) -> tuple[IntArray, IntArray]:
     return lower, upper
 
 
-def _objective(problem: Problem, objective: str) -> tuple[int, FloatArray]:
+def rule(shape: Shape, parameters: Mapping[str, Any]) -> None:
+    """There is a set to try, the search takes seconds at most, and the objective is known and followed."""
+    objective, grid = parameters["objective"], parameters["grid"]
     which = STATE_NAMES.index(objective)
-    if which >= problem.setting.order:
-        rule = f"must be one of {', '.join(STATE_NAMES[: problem.setting.order])} for order {problem.setting.order}"
-        raise InputError("objective", rule, objective)
-    return which, problem.true_state(which)
+    if not shape.known_states:
+        raise InputError("design", "must not be one that needs the truth where nobody knows it", "a search")
+    followed = min(shape.order, shape.known_states)
+    if which >= followed:
+        names = ", ".join(STATE_NAMES[:followed])
+        raise InputError("objective", f"must be one of {names}, which are known and followed here", objective)
+    tried = grid**3 * (parameters["grid_eta"] if shape.order == 4 else 1)
+    check_work("grid", grid, tried * max(20_000, shape.samples * shape.axes))
+    candidates(shape.order, grid, parameters["grid_eta"], parameters["end_points"], parameters["bound"])
 
 
 def per_sample(
@@ -113,9 +120,8 @@ def per_sample(
     """At every sample, and for every axis, the set that leaves the least error of one state."""
     from tracker_core import kernels  # compiled code is loaded when the first filter runs
 
-    which, truth = _objective(problem, objective)
-    samples, axes, order = problem.shape
-    check_work("grid", grid, grid**3 * (grid_eta if order == 4 else 1) * max(1_000, samples * axes))
+    which = STATE_NAMES.index(objective)
+    truth, (_, axes, order) = problem.true_state(which), problem.shape
     sets, levels = candidates(order, grid, grid_eta, end_points, bound)
     none = np.empty(0, dtype=np.int64)
     lower, upper = neighbours(levels, which) if parabola == "printed" else (none, none)
@@ -137,9 +143,8 @@ def for_the_run(
     """The one set that leaves the least mean square error of a state over the whole run, all axes together."""
     from tracker_core import kernels  # compiled code is loaded when the first filter runs
 
-    which, truth = _objective(problem, objective)
-    samples, axes, order = problem.shape
-    check_work("grid", grid, grid**3 * (grid_eta if order == 4 else 1) * max(1_000, samples * axes))
+    which = STATE_NAMES.index(objective)
+    truth, (samples, axes, order) = problem.true_state(which), problem.shape
     sets, _ = candidates(order, grid, grid_eta, end_points, bound)
     scores, setting = np.zeros(len(sets)), problem.setting
     room = np.empty((samples, order))
@@ -174,12 +179,12 @@ PER_SAMPLE = Method(
     orders=(3, 4),
     parameters={**GRID, "parabola": "none", "objective": "acceleration"},
     work=per_sample,
+    rule=rule,
     sentence="At every sample each set of gains of a grid is tried, and the one used whose smoothed acceleration (or "
     "other state) comes nearest to the truth.",
     source="Yu & Wu 2017, section 3",
     hindsight=_reason,
     counterpart="critically-damped-bank",
-    needs_truth=True,
 )
 
 FOR_THE_RUN = Method(
@@ -188,10 +193,10 @@ FOR_THE_RUN = Method(
     orders=(3, 4),
     parameters={**GRID, "objective": "position"},
     work=for_the_run,
+    rule=rule,
     sentence="The same grid; the one set is used whose smoothed position (or other state) is nearest to the truth over "
     "the whole run.",
     source="The grid of Yu & Wu 2017 with one choice for each interval T",
     hindsight=_reason,
     counterpart="critically-damped-bank",
-    needs_truth=True,
 )

@@ -45,7 +45,7 @@ class Paper:
     runs: tuple[Run, ...]
 
 
-NAMES = ("jeong2017", "njonjo2016", "garg2021")
+NAMES = ("jeong2017", "njonjo2016", "yu2017", "alwagih", "garg2021")
 
 
 @cache

@@ -1,12 +1,14 @@
 """Targets: one file each family, and the ordered registry that menus, docs, command line and tests read."""
 
-from tracker_core.scenarios import climbing_turn, coordinated_turn, garg, jeong_ship, polynomial, singer
+from tracker_core.scenarios import alwagih, climbing_turn, coordinated_turn, garg, jeong_ship, polynomial, singer, yu_wu
 from tracker_core.scenarios.base import Recording, Scenario
 
 SCENARIOS: dict[str, Scenario] = {
     scenario.name: scenario
     for scenario in (
         jeong_ship.SCENARIO,
+        yu_wu.SCENARIO,
+        alwagih.SCENARIO,
         climbing_turn.SCENARIO,
         coordinated_turn.SCENARIO,
         singer.SCENARIO,

@@ -69,6 +69,11 @@ class Scenario:
         """Whether the motion depends on the seed."""
         return self.random_motion is not None
 
+    @property
+    def known_states(self) -> int:
+        """How many of the true states, from the position on, are known at every sample."""
+        return 3 if self.random else 5
+
     def truth(self, times: FloatArray, seed: int = 0) -> Truth:
         """The true motion at the given times, shape (n,), s; the seed matters where it is random."""
         if self.motion is not None:

@@ -139,7 +139,7 @@ def numbers(result: Result, settings: Settings) -> list[Component]:
 def _consistency(result: Result) -> list[Component]:
     """Whether the innovations and errors of the run are as large as the model that suits the gains says."""
     experiment = result.experiment
-    if experiment.noise == "none" or not all(experiment.noise_std):
+    if experiment.noise == "none" or not all(result.noise_std):
         return []
     settling = float(step_figures(result.gains.vector)[1])
     if not settling < experiment.samples:
@@ -147,7 +147,7 @@ def _consistency(result: Result) -> list[Component]:
     index = experiment.tracking_index or distance_from_optimal(result.gains).tracking_index
     model = model_covariance(result.gains, index)
     axes, order = len(result.scenario.axes), experiment.order
-    stds = np.broadcast_to(experiment.noise_std, (axes,))
+    stds = np.array(result.noise_std)
     # What the start has left behind is none of the model's.
     steady = slice(int(settling), None)
     nis = average(innovation_squared(result.track.innovation[steady] / stds, model.innovation).sum(axis=1), axes)
