@@ -36,6 +36,11 @@
       if (element(`${control}-error`)) made.setAttribute("aria-describedby", `${page.name}-${control}-error`);
       if (input === "slider") {
         Object.assign(made, { type: "range", min: 0, max: STEPS, step: 1 });
+      } else if (input === "switch") {
+        made.type = "checkbox";
+        made.setAttribute("role", "switch");
+        // Its label stands beside it.
+        made.removeAttribute("aria-label");
       } else {
         Object.assign(made, { type: "text", inputMode: "decimal", autocomplete: "off", spellcheck: false });
       }
@@ -49,12 +54,13 @@
     const known = page.sliders[name];
     if (!known) return { low: 1, high: page.samples || 2, curve: 1 };
     const factor = known.factors ? known.factors[page.values.written] || 1 : 1;
-    return { low: known.low, high: known.high / factor, curve: known.curve };
+    return { low: known.low, high: known.high / factor, curve: known.curve, whole: known.whole };
   }
 
   function travelToValue(name, travel) {
-    const { low, high, curve } = span(name);
+    const { low, high, curve, whole } = span(name);
     if (name === "at") return Math.round(low + (high - low) * travel);
+    if (whole) return Math.round(low + (high - low) * travel ** curve);
     if (curve === "log") return Number((low * (high / low) ** travel).toPrecision(4));
     const value = low + (high - low) * travel ** curve;
     // As many digits as one step of the slider tells apart.
@@ -81,7 +87,9 @@
     const field = element(name);
     const slider = element(`${name}-slider`);
     const typing = field && field.type === "text" && field === document.activeElement && field.value !== field.dataset.shown;
-    if (field && field !== from && !typing) {
+    if (field && field.type === "checkbox") {
+      field.checked = value === "on";
+    } else if (field && field !== from && !typing) {
       field.value = boxText(value);
       field.dataset.shown = field.value;
       if (field.type === "text" && typeof value === "number") field.title = String(value);
@@ -161,10 +169,17 @@
   }
 
   function showOwners(owned) {
-    const words = { computed: "from the design", unused: "not used", free: "" };
+    const words = { computed: page.method ? "from the method" : "from the design", unused: "not used", free: "" };
     for (const [name, state] of Object.entries(owned)) {
       element(`${name}-row`).dataset.state = state;
       text(`${name}-owner`, words[state]);
+    }
+  }
+
+  // Fields that mean something beside certain others only.
+  function showFields(fields) {
+    for (const [name, shown] of Object.entries(fields)) {
+      for (const field of all(`.field-${name}`)) field.hidden = !shown;
     }
   }
 
@@ -251,8 +266,9 @@
 
   // While a slider moves: the path and its close-up every time, the other plots in turn.
   function liveShare() {
-    page.turn = (page.turn + 1) % page.inTurn.length;
-    return [...page.often, page.inTurn[page.turn]];
+    const seen = page.inTurn.filter((plot) => document.getElementById(plot).offsetParent);
+    page.turn = (page.turn + 1) % seen.length;
+    return [...page.often, seen[page.turn]];
   }
 
   // Past Dash's store, which costs the browser more than everything else together. Without it callbacks do the same.
@@ -469,11 +485,14 @@
     showRows(answer.rows);
     showOffer(answer.offer);
     gainscope.showHandles(answer.handles, edit);
-    const menus = JSON.stringify([answer.owned, answer.offers]);
+    page.method = answer.method;
+    root().dataset.method = answer.method;
+    const menus = JSON.stringify([answer.owned, answer.offers, answer.fields, answer.method]);
     if (menus !== page.menus) {
       page.menus = menus;
       showOwners(answer.owned);
       showOffers(answer.offers);
+      showFields(answer.fields);
     }
     page.link = answer.link;
     clearTimeout(page.reader);
@@ -524,6 +543,7 @@
     const target = event.target;
     if (!onPage(target) || !target.dataset.control) return;
     if (target.tagName === "SELECT") edit(target.dataset.control, target.value, target);
+    else if (target.type === "checkbox") edit(target.dataset.control, target.checked ? "on" : "off", target);
     else if (target.type === "text") commit(target);
   });
 

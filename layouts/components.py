@@ -117,6 +117,35 @@ def slider_field(page: str, name: str, symbol: str, title: str, sentence: str) -
     )  # fmt: skip
 
 
+def parameter_field(page: str, name: str, title: str, sentence: str, unit: str = "") -> Component:
+    """A number with a slider under its title."""
+    caption = f"{title} ({unit})" if unit else title
+    return html.Div(
+        [
+            html.Label(caption, htmlFor=f"{page}-{name}-slider", className="tip", **{"data-tip": sentence}),
+            slider(page, name, caption),
+            box(page, name, f"{caption}, number"),
+            error_line(page, name),
+        ],
+        className=f"parameter field-{name}",
+    )
+
+
+def switch_field(page: str, name: str, label: str, sentence: str) -> Component:
+    """A switch that is on or off."""
+    return html.Div(
+        [
+            html.Div(
+                className="placeholder",
+                **{"data-input": "switch", "data-id": f"{page}-{name}", "data-control": name, "data-label": label},
+            ),
+            html.Label(label, htmlFor=f"{page}-{name}", className="tip", **{"data-tip": sentence}),
+            error_line(page, name),
+        ],
+        className=f"switch field-{name}",
+    )
+
+
 def metric_card(name: str, title: str, sentence: str) -> Component:
     """A figure of merit, filled in by the page's script: value, and change since the pin."""
     return html.Div(

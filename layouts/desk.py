@@ -209,7 +209,9 @@ def _resolution(request: Mapping[str, Any]) -> Resolution:
 
 
 def _shown(request: Mapping[str, Any], settings: Settings, *, live: bool) -> Shown:
-    result = run_experiment(settings.experiment)
+    experiment, view = settings.experiment, settings.view
+    result = run_experiment(experiment).at(view.cursor(experiment.samples), view.axis)
+    causal = experiment.counterpart() if view.beside else None
     theme = str(request.get("theme"))
     theme = theme if theme in THEMES else THEMES[0]
     meta = {
@@ -219,7 +221,8 @@ def _shown(request: Mapping[str, Any], settings: Settings, *, live: bool) -> Sho
         "theme": theme,
     }
     scene = str(request.get("scene"))
-    return Shown(result, settings, theme, meta, live, scene if TOKEN.fullmatch(scene) else "")
+    beside = None if causal is None else run_experiment(causal)
+    return Shown(result, settings, theme, meta, live, scene if TOKEN.fullmatch(scene) else "", beside)
 
 
 def _patch(figure: Figure, paths: tuple[Path, ...]) -> Patch:

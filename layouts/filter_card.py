@@ -8,11 +8,25 @@ from typing import Any
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import box, box_field, error_line, metric_card, select_field, slider, slider_field
+from layouts.components import (
+    box,
+    box_field,
+    error_line,
+    metric_card,
+    parameter_field,
+    select_field,
+    slider,
+    slider_field,
+    switch_field,
+)
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS
+from tracker_core.adaptive import METHODS
+from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
+from tracker_core.adaptive.parameters import TITLES
 from tracker_core.design import MANUAL
 from tracker_core.experiment import PARAMETERS
-from tracker_core.fields import FIELDS
+from tracker_core.fields import FIELDS, NOISE_LEVELS
+from tracker_core.manoeuvre import MANOEUVRES
 from tracker_core.metrics import Metric
 from tracker_core.noise import NOISES
 from tracker_core.papers import papers
@@ -33,13 +47,25 @@ SLIDERS: dict[str, dict[str, Any]] = {
     "responsiveness": {"low": 0, "high": 1, "curve": 1},
     "xi": {"low": 0, "high": 0.999, "curve": 1},
     "tracking_index": {"low": 1e-4, "high": 100, "curve": "log"},
+    "fixed_alpha": {"low": 0.005, "high": 1, "curve": 2},
+    "weight": {"low": 0, "high": 1, "curve": 1},
+    "window": {"low": 2, "high": 200, "curve": 2, "whole": True},
+    "step": {"low": 1, "high": 100, "curve": 2, "whole": True},
+    "levels": {"low": 1, "high": 100, "curve": 1, "whole": True},
+    "grid": {"low": 1, "high": 20, "curve": 1, "whole": True},
+    "grid_eta": {"low": 1, "high": 20, "curve": 1, "whole": True},
+    "refinements": {"low": 0, "high": 5, "curve": 1, "whole": True},
+    "members": {"low": 1, "high": 60, "curve": 1, "whole": True},
+    "memory": {"low": 0.05, "high": 1_000, "curve": "log"},
+    "shortest": {"low": 0.005, "high": 100, "curve": "log"},
+    "longest": {"low": 0.1, "high": 1_000, "curve": "log"},
 }
 """What the sliders span (normalised gains), and how: a power of the travel, or its logarithm."""
 
 
 def _field(name: str) -> tuple[str, str, str]:
     field = FIELDS[name]
-    title = f"{field.title} {field.symbol}" if field.symbol in ("n", "T", "σ") else field.title
+    title = f"{field.title} {field.symbol}" if field.symbol in ("n", "T", "σ", "ρ", "σ_w") else field.title
     return name, title, field.sentence
 
 
@@ -64,10 +90,15 @@ def filter_card(page: str) -> Component:
                 ],
                 className="pair",
             ),
-            select_field(
-                page, *_field("design"), [(MANUAL, "Manual"), *((d.name, d.title) for d in DESIGNS.values())]
-            ),
+            select_field(page, *_field("design"), *design_menu()),
             html.P(id=f"{page}-formula", className="formula"),
+            html.P(id=f"{page}-oracle", className="oracle"),
+            switch_field(
+                page, "beside", "Causal counterpart beside it",
+                "Runs the causal method of the same idea on the same measurements and shows both.",
+            ),
+            _method_fields(page),
+            html.P(id=f"{page}-found", className="formula found"),
             html.Div(
                 [
                     html.Label(
@@ -93,6 +124,32 @@ def filter_card(page: str) -> Component:
     )  # fmt: skip
 
 
+def design_menu() -> tuple[list[tuple[str, str]], list[str]]:
+    """Every design and method by name and title, and the heading of each; those in hindsight carry a mark."""
+    options, headings = [(MANUAL, "Manual")], [""]
+    for design in DESIGNS.values():
+        options.append((design.name, design.title))
+        headings.append("Constant gains")
+    for method in METHODS.values():
+        if method.name not in DESIGNS:
+            oracle = bool(method.hindsight(method.defaults(1.0)))
+            options.append((method.name, f"◆ {method.title}" if oracle else method.title))
+            headings.append("◆ In hindsight: oracles" if oracle else "Chosen as it runs")
+    return options, headings
+
+
+def _method_fields(page: str) -> Component:
+    """What methods are told; the page's script shows those of the present one."""
+    fields = []
+    for name, field in METHOD_PARAMETERS.items():
+        if field.kind == "choice":
+            fields.append(select_field(page, name, field.title, field.sentence, list(TITLES[name].items())))
+        else:
+            symbol = f"{field.title} {field.symbol}".strip() if field.symbol not in field.title else field.title
+            fields.append(parameter_field(page, name, symbol, field.sentence, field.unit))
+    return html.Div(fields, className="method", role="group", **{"aria-label": "Parameters of the method"})
+
+
 def target_card(page: str) -> Component:
     """Target, samples, interval, noise, seed and start."""
     return html.Section(
@@ -110,7 +167,18 @@ def target_card(page: str) -> Component:
             html.Div(
                 [
                     select_field(page, *_field("noise"), [(name, noise.title) for name, noise in NOISES.items()]),
+                    select_field(page, *_field("noise_level"), list(NOISE_LEVELS.items())),
                     box_field(page, *_field("noise_std"), FIELDS["noise_std"].unit),
+                    box_field(page, *_field("snr")),
+                    box_field(page, *_field("noise_correlation")),
+                ],
+                className="pair",
+            ),
+            html.P(id=f"{page}-level", className="formula level"),
+            html.Div(
+                [
+                    select_field(page, *_field("manoeuvre"), [(m.name, m.title) for m in MANOEUVRES.values()]),
+                    box_field(page, *_field("manoeuvre_std")),
                 ],
                 className="pair",
             ),

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from math import inf, log10
 from typing import Any
 
 from layouts.state import Settings, plane_name, to_query
 from layouts.text import significant
 from tracker_core import DESIGNS, SCENARIOS, STARTS, Experiment, Gains, InputError, Result
+from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.design import MANUAL
-from tracker_core.experiment import PARAMETERS
+from tracker_core.experiment import BESIDE, PARAMETERS
 from tracker_core.fields import FIELDS
-from tracker_core.noise import NOISES
+from tracker_core.noise import NOISES, signal_to_noise
 from tracker_core.optimal import distance_from_optimal
 from tracker_core.region import PLANES, nearest_stable
 from tracker_core.types import GAIN_NAMES, STATE_NAMES
@@ -30,8 +32,8 @@ def common_report(result: Result, settings: Settings, *, live: bool) -> dict[str
         live: whether a slider is moving; what takes long is left for when it rests.
     """
     experiment = settings.experiment
-    tone, status = status_text(result)
     cursor = settings.view.cursor(experiment.samples)
+    tone, status = status_text(result, settings)
     return {
         "tone": tone,
         "pinned": settings.pin is not None,
@@ -40,11 +42,16 @@ def common_report(result: Result, settings: Settings, *, live: bool) -> dict[str
         "link": to_query(settings),
         "owned": owned(experiment),
         "offers": offers(experiment),
+        "fields": fields_shown(experiment),
+        "method": experiment.design if experiment.method is not None else "",
         "samples": experiment.samples,
         "offer": None if live or result.verdict.stable else way_back(result.gains),
         "texts": {
             "status": status,
             "formula": formula_text(experiment),
+            "oracle": f"Oracle. {experiment.hindsight}" if experiment.hindsight else "",
+            "found": found_text(result),
+            "level": level_text(result),
             "distance": distance_text(result),
             "description": f"{result.scenario.description} {result.scenario.source}.",
             "slice": slice_text(result.gains, settings.view.plane),
@@ -53,18 +60,28 @@ def common_report(result: Result, settings: Settings, *, live: bool) -> dict[str
     }
 
 
-def status_text(result: Result) -> tuple[str, str]:
+def status_text(result: Result, settings: Settings) -> tuple[str, str]:
     """The tone of the verdict, "good" or "bad", and the verdict in a sentence."""
-    verdict, stop, radius = result.verdict, result.track.stopped_at, result.verdict.spectral_radius
-    if verdict.stable:
-        text = f"Stable: the largest pole has magnitude {significant(radius, 3)}."
-        if radius >= NEARLY:
-            # Equal poles are known to a ten-thousandth at best: no more digits than that.
-            text = "Stable, barely: the largest pole is within 0.001 of the unit circle."
-        return ("good", text) if stop is None else ("bad", f"{text} {_stop_text(result)}")
-    failed = ", ".join(f"{c.text} fails by {significant(-c.margin, 3)}" for c in verdict.conditions if not c.holds)
-    text = f"Unstable: {failed} (normalised gains)."
-    return "bad", f"{text} {_stop_text(result)}" if stop is not None else text
+    tone, text = _verdict_text(result)
+    if result.selection is not None:
+        view = settings.view
+        where = f"{result.scenario.axes[view.axis]}, sample {view.cursor(result.experiment.samples) + 1:,}"
+        share = result.unstable_share()
+        text = f"Gains at {where}: {text[0].lower()}{text[1:]}"
+        if share:
+            text += f" {significant(100 * share, 2)} % of all corrections use gains that would be unstable if held."
+    return (tone, text) if result.track.stopped_at is None else ("bad", f"{text} {_stop_text(result)}")
+
+
+def _verdict_text(result: Result) -> tuple[str, str]:
+    verdict, radius = result.verdict, result.verdict.spectral_radius
+    if not verdict.stable:
+        failed = ", ".join(f"{c.text} fails by {significant(-c.margin, 3)}" for c in verdict.conditions if not c.holds)
+        return "bad", f"Unstable: {failed} (normalised gains)."
+    if radius >= NEARLY:
+        # Equal poles are known to a ten-thousandth at best: no more digits than that.
+        return "good", "Stable, barely: the largest pole is within 0.001 of the unit circle."
+    return "good", f"Stable: the largest pole has magnitude {significant(radius, 3)}."
 
 
 def _stop_text(result: Result) -> str:
@@ -106,15 +123,60 @@ def formula_text(experiment: Experiment) -> str:
     """The formula of the design, for under its menu."""
     if experiment.design == MANUAL:
         return "The gains are set by hand."
+    if experiment.method is not None:
+        return experiment.method.sentence
     design = DESIGNS[experiment.design]
     return " ".join(part for part in (f"{design.formula[experiment.order]}.", design.remark) if part)
 
 
+def found_text(result: Result) -> str:
+    """What a method has searched over the whole run, per axis."""
+    if result.selection is None:
+        return ""
+    parts = []
+    for name, values in result.selection.found.items():
+        said = ", ".join(
+            f"{significant(value, 3)} in {axis}" if len(values) > 1 else significant(value, 3)
+            for axis, value in zip(result.scenario.axes, values, strict=False)
+        )
+        parts.append(f"{FIELDS[name].symbol} = {said}")
+    return f"Found: {'; '.join(parts)}." if parts else ""
+
+
+def level_text(result: Result) -> str:
+    """The level of the noise in its other reading."""
+    experiment, axes = result.experiment, result.scenario.axes
+    if experiment.noise in ("none", "recorded"):
+        return ""
+    if experiment.noise_std is None:
+        return "σ " + ", ".join(
+            f"{significant(std, 3)} m in {axis}" for axis, std in zip(axes, result.noise_std, strict=True)
+        )
+    ratios = signal_to_noise(result.truth.positions, result.noise_std)
+    said = [
+        f"{significant(10 * log10(ratio), 3)} dB in {axis}"
+        for axis, ratio in zip(axes, ratios, strict=True)
+        if 0 < ratio < inf
+    ]
+    return f"SNR {', '.join(said)}" if said else ""
+
+
+def fields_shown(experiment: Experiment) -> dict[str, bool]:
+    """Of the fields that do not always mean something whether they do now."""
+    takes = set() if experiment.method is None else set(experiment.method.parameters)
+    if experiment.order < 4:
+        takes.discard("grid_eta")
+    shown = {name: name in takes for name in METHOD_PARAMETERS}
+    shown |= {name: getattr(experiment, other) in values for name, (other, values, _) in BESIDE.items()}
+    return shown | {"beside": bool(experiment.hindsight)}
+
+
 def owned(experiment: Experiment) -> dict[str, str]:
     """How each slider stands to the design: "free", "computed" or "unused"."""
-    free = (
-        GAIN_NAMES[: experiment.order] if experiment.design == MANUAL else tuple(DESIGNS[experiment.design].parameters)
-    )
+    if experiment.design == MANUAL:
+        free = GAIN_NAMES[: experiment.order]
+    else:
+        free = () if experiment.method is not None else tuple(DESIGNS[experiment.design].parameters)
     computed = set(GAIN_NAMES[: experiment.order]) - set(free)
     return {name: "free" if name in free else "computed" if name in computed else "unused" for name in PARAMETERS}
 
@@ -126,7 +188,11 @@ def offers(experiment: Experiment) -> dict[str, list[str]]:
         "axis": list(scenario.axes),
         "quantity": list(STATE_NAMES[: experiment.order]),
         "noise": [name for name in NOISES if name != "recorded" or scenario.recording],
-        "start": [start.name for start in STARTS.values() if experiment.order >= start.least_order],
+        "start": [
+            start.name
+            for start in STARTS.values()
+            if experiment.order >= start.least_order and (experiment.method is None or start.name != "expanding")
+        ],
         "plane": [plane_name(plane) for plane in PLANES[experiment.order]],
     }
 

@@ -20,6 +20,7 @@ class Shown:
         meta: what the page knows of this drawing; put into the layout of every plot.
         live: whether a slider is moving: only what moves will be looked at.
         scene: the token of the page's scene in three dimensions; empty for none.
+        beside: the run of the causal counterpart, where it is wanted beside one in hindsight.
     """
 
     result: Result
@@ -28,6 +29,7 @@ class Shown:
     meta: dict[str, Any]
     live: bool = False
     scene: str = ""
+    beside: Result | None = None
 
     @property
     def view(self) -> View:
@@ -44,4 +46,13 @@ def target_key(shown: Shown) -> str:
 def seen_key(shown: Shown) -> str:
     """What truth and measurements follow from."""
     experiment = shown.settings.experiment
-    return f"{target_key(shown)}|{experiment.noise}|{experiment.noise_std}|{experiment.seed}"
+    seen = (
+        experiment.noise, experiment.noise_level, experiment.noise_std, experiment.snr, experiment.noise_correlation,
+        experiment.manoeuvre, experiment.manoeuvre_std, experiment.seed,
+    )  # fmt: skip
+    return f"{target_key(shown)}|{seen}"
+
+
+def beside_key(shown: Shown) -> str:
+    """What stands beside the run."""
+    return "" if shown.beside is None else shown.beside.experiment.design

@@ -8,6 +8,7 @@ from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
 from tracker_core import SCENARIOS, Experiment, InputError
+from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.checks import Domain, check_choice
 from tracker_core.experiment import PARAMETERS, read_experiment
 from tracker_core.region import PLANES
@@ -17,7 +18,8 @@ LINK_LIMIT = 2_000
 EXAGGERATIONS = ("1", "2", "5", "10", "20", "50", "100")
 BACKGROUNDS = ("none", "noise", "lag")
 INPUTS = ("step", "ramp", "parabola")
-VIEW_FIELDS = ("axis", "quantity", "exaggerate", "at", "plane", "background", "input")
+VIEW_FIELDS = ("axis", "quantity", "exaggerate", "at", "plane", "background", "input", "beside")
+SWITCH = ("off", "on")
 LIMIT_FIELDS = ("limit_noise", "limit_lag", "limit_overshoot", "limit_settling")
 LIMIT = Domain(0, 1e9, low_open=True)
 
@@ -34,6 +36,7 @@ class View:
         plane: the two gains that the stability map is drawn over, of PLANES of the order.
         background: what the map shows behind the region, one of BACKGROUNDS.
         input: what the time responses answer to, one of INPUTS.
+        beside: whether the causal counterpart of a method that looks in hindsight is shown beside it.
     """
 
     axis: int = 0
@@ -43,6 +46,7 @@ class View:
     plane: tuple[str, str] = ("alpha", "beta")
     background: str = "none"
     input: str = "step"
+    beside: bool = False
 
     def cursor(self, samples: int) -> int:
         """The sample looked at, within a run of that length."""
@@ -108,6 +112,8 @@ def to_query(settings: Settings) -> str:
         values["background"] = view.background
     if view.input != usual.input:
         values["input"] = view.input
+    if view.beside:
+        values["beside"] = SWITCH[True]
     values |= {name: repr(value) for name, value in settings.limits.given().items()}
     if settings.pin is not None:
         values["pin"] = urlencode(_plain(settings.pin)) or "default"
@@ -145,6 +151,9 @@ def from_query(query: Mapping[str, str]) -> tuple[Settings, list[str]]:
     return Settings(experiment, view, pin, limits), notes
 
 
+_FILTER_FIELDS = ("order", "design", *PARAMETERS, *METHOD_PARAMETERS)
+
+
 def _lenient(values: dict[str, Any]) -> tuple[Experiment, list[str]]:
     """The experiment of as many of the values as fit together."""
     values, notes = dict(values), list[str]()
@@ -153,9 +162,7 @@ def _lenient(values: dict[str, Any]) -> tuple[Experiment, list[str]]:
         if experiment is not None:
             return experiment, notes
         for error in errors:
-            blamed = (
-                [error.field] if error.field in values else [n for n in ("order", "design", *PARAMETERS) if n in values]
-            )
+            blamed = [error.field] if error.field in values else [name for name in _FILTER_FIELDS if name in values]
             notes.append(f"{error}; the default is used.")
             for name in blamed or list(values):
                 values.pop(name, None)
@@ -174,6 +181,7 @@ def read_view(values: Mapping[str, Any], experiment: Experiment) -> tuple[View, 
         "plane": lambda value: planes[check_choice("plane", value, planes)],
         "background": lambda value: check_choice("background", value, BACKGROUNDS),
         "input": lambda value: check_choice("input", value, INPUTS),
+        "beside": lambda value: check_choice("beside", value, SWITCH) == SWITCH[True],
     }
     for name, read in readers.items():
         if values.get(name) in (None, ""):

@@ -17,6 +17,7 @@ LINES: dict[str, dict[str, Any]] = {
     "truth": {"width": 1.5},
     "predicted": {"width": 1.25, "dash": "4px 3px"},
     "smoothed": {"width": 2.5},
+    "counterpart": {"width": 2, "dash": "8px 3px 2px 3px"},
 }
 """How each kind of line is drawn, the same on every plot; observed is never joined."""
 

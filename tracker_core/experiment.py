@@ -83,8 +83,8 @@ class Experiment:
         convention: a name in CONVENTIONS; alpha ... eta below are written in it.
         design: a name in DESIGNS or METHODS, or "manual".
         alpha, beta, gamma, eta, xi, tracking_index: what the design is computed from, and None for the rest.
-        fixed_alpha, weight, criterion, window, step, grid, grid_eta, refinements, members, memory, shortest, longest,
-            objective, end_points, ties, bound, parabola: what the method is told, and None for the rest; see
+        fixed_alpha, weight, criterion, window, step, levels, grid, grid_eta, refinements, members, memory, shortest,
+            longest, objective, end_points, ties, bound, parabola: what the method is told, and None for the rest; see
             `adaptive.PARAMETERS`.
 
     Raises:
@@ -117,6 +117,7 @@ class Experiment:
     criterion: str | None = None
     window: int | None = None
     step: int | None = None
+    levels: int | None = None
     grid: int | None = None
     grid_eta: int | None = None
     refinements: int | None = None
@@ -171,6 +172,23 @@ class Experiment:
     def parameters(self) -> dict[str, Any]:
         """What the method is told, by name; what is None is searched."""
         return {name: getattr(self, name) for name in METHOD_PARAMETERS if getattr(self, name) is not None}
+
+    @property
+    def hindsight(self) -> str:
+        """Why no tracker could run this, in one line; empty where one could."""
+        return "" if self.method is None else self.method.hindsight(self.parameters())
+
+    def counterpart(self) -> Experiment | None:
+        """The same run with the causal method of the same idea; None unless this one looks in hindsight.
+
+        Parameters that both methods have are taken over.
+        """
+        if self.method is None or not self.hindsight or self.method.counterpart is None:
+            return None
+        causal = METHODS[self.method.counterpart]
+        kept = {name: value for name, value in self.parameters().items() if name in causal.parameters}
+        values: dict[str, Any] = dict.fromkeys(METHOD_PARAMETERS) | causal.defaults(self.interval) | kept
+        return replace(self, design=causal.name, **values)
 
     def gains(self) -> Gains:
         """The constant gains of this experiment, written in its convention.

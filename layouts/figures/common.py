@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterable
+from math import floor, log10
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,9 @@ DRAWN_MARKERS = 350
 """Of more measurements than this only every n-th is marked where a whole run is shown; the close-up marks all."""
 
 SERIES = ("truth", "observed", "predicted", "smoothed")
-NAMES = {"truth": "True", "observed": "Observed", "predicted": "Predicted", "smoothed": "Smoothed"}
+NAMES = {
+    "truth": "True", "observed": "Observed", "predicted": "Predicted", "smoothed": "Smoothed", "counterpart": "Causal",
+}  # fmt: skip
 
 
 def packed(values: FloatArray, dtype: str = "f4") -> dict[str, str]:
@@ -90,6 +93,12 @@ def padded_range(values: FloatArray, margin: float = 0.05) -> list[float]:
 def clipped(values: FloatArray, limit: float) -> FloatArray:
     """Values for drawing: beyond the limit nothing is drawn, so that a diverging run cannot spoil an axis."""
     return np.where(np.abs(values) <= limit, values, np.nan)
+
+
+def round_up(value: float) -> float:
+    """The next of 1, 1.5, 2, 3, 5, 7, 10, 15 ... and their tenths."""
+    power = 10.0 ** floor(log10(value))
+    return next(step * power for step in (1, 1.5, 2, 3, 5, 7, 10) if step * power >= value * (1 - 1e-9))
 
 
 META: Path = ("layout", "meta")

@@ -7,12 +7,12 @@ from math import floor, log10
 import numpy as np
 
 from layouts.figures.common import META, Figure, drawn, padded_range, trace, xy
-from layouts.shown import Shown, target_key
+from layouts.shown import Shown, beside_key, seen_key, target_key
 from layouts.theme import layout, tokens
 from tracker_core.metrics import distances
 from tracker_core.types import FloatArray
 
-MOVING = (META, *xy(0, 1, 2, 3, 5), ("layout", "yaxis", "range"))
+MOVING = (META, *xy(0, 1, 2, 3, 5, 6), ("layout", "yaxis", "range"))
 SHORT_RUN = 80
 """Runs of up to so many samples are shown sample by sample, longer ones as a running RMS as well."""
 
@@ -50,6 +50,10 @@ def error_figure(shown: Shown) -> Figure:
             "line": {"color": tokens(theme)["marker"], "width": 1.5}, "hoverinfo": "skip", "showlegend": False,
         },
     ]  # fmt: skip
+    beside = np.full_like(times, np.nan)
+    if shown.beside is not None:
+        beside = running_rms(_visible(distances(shown.beside.track.smoothed[:, :, 0] - truth), top), width)
+    data.append(trace("counterpart", times[rows], beside[rows], theme, showlegend=shown.beside is not None))
     return {
         "data": data,
         "layout": layout(
@@ -62,6 +66,11 @@ def error_figure(shown: Shown) -> Figure:
             yaxis={"title": {"text": "distance to the truth (m)"}, "range": [0, top]},
         ),
     }
+
+
+def error_key(shown: Shown) -> str:
+    """What the errors are shown beside."""
+    return f"{seen_key(shown)}|{beside_key(shown)}"
 
 
 def window(samples: int) -> int:

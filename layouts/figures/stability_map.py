@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from functools import cache, lru_cache
-from math import floor, log10
+from math import log10
 from typing import Any
 
 import numpy as np
 
-from layouts.figures.common import META, Figure, packed, xy
+from layouts.figures.common import META, Figure, packed, round_up, xy
 from layouts.shown import Shown
 from layouts.state import Limits
 from layouts.theme import layout, tokens
-from tracker_core import DESIGNS, Gains
+from tracker_core import DESIGNS, Gains, Result
 from tracker_core.design.curves import curve_designs, design_curve
 from tracker_core.fields import FIELDS
 from tracker_core.region import printed_slice, region_slice
@@ -22,20 +22,24 @@ from tracker_core.types import GAIN_NAMES, FloatArray
 GRID = 120
 """Points along each axis of a background."""
 
-POINT = 5
 BACKGROUND = 3
 FORBIDDEN = 4
+TRAIL = 5
+POINT = 6
+TRAIL_POINTS = 1_500
+"""More different gains than this of a run are thinned out in its trail."""
+
 _POINT_MOVING = (*xy(POINT), ("data", POINT, "marker", "color"), ("data", POINT, "marker", "symbol"))
 MOVING = (
     META,
-    *xy(0, 2),
+    *xy(0, 2, TRAIL),
     *_POINT_MOVING,
     *(("data", index, part) for index in (BACKGROUND, FORBIDDEN) for part in ("x0", "dx", "y0", "dy", "z")),
     ("layout", "xaxis", "range"),
     ("layout", "yaxis", "range"),
     ("layout", "annotations"),
 )
-SMALL_MOVING = (META, *xy(0, 2), *_POINT_MOVING, ("layout", "annotations"))
+SMALL_MOVING = (META, *xy(0, 2, TRAIL), *_POINT_MOVING, ("layout", "annotations"))
 
 ALPHA_BETA = ("alpha", "beta")
 RANGES = {"alpha": [-0.1, 2.1], "beta": [-0.2, 4.2]}
@@ -90,7 +94,8 @@ def stability_map(shown: Shown) -> Figure:
 
 def map_key(shown: Shown) -> str:
     """What the map shows beside the present gains."""
-    return f"{shown.result.gains.order}|{shown.view.plane}|{shown.view.background}"
+    chosen = shown.result.selection is not None
+    return f"{shown.result.gains.order}|{shown.view.plane}|{shown.view.background}|{chosen}"
 
 
 def small_map(shown: Shown) -> Figure:
@@ -100,7 +105,7 @@ def small_map(shown: Shown) -> Figure:
 
 def small_key(shown: Shown) -> str:
     """What the small map shows beside the present gains."""
-    return str(shown.result.gains.order)
+    return f"{shown.result.gains.order}|{shown.result.selection is not None}"
 
 
 def _base(shown: Shown, plane: tuple[str, str]) -> list[dict[str, Any]]:
@@ -128,6 +133,7 @@ def _base(shown: Shown, plane: tuple[str, str]) -> list[dict[str, Any]]:
         },
         {"type": "heatmap", "visible": False},
         {"type": "heatmap", "visible": False},
+        _trail(shown, plane),
         {
             "type": "scatter", "mode": "markers", "x": [x], "y": [y],
             "marker": {
@@ -138,6 +144,28 @@ def _base(shown: Shown, plane: tuple[str, str]) -> list[dict[str, Any]]:
             "hovertemplate": f"{symbols[0]} %{{x:.4g}}<br>{symbols[1]} %{{y:.4g}}<extra></extra>",
         },
     ]  # fmt: skip
+
+
+def _trail(shown: Shown, plane: tuple[str, str]) -> dict[str, Any]:
+    """The way of the gains over the run, where a method has chosen them."""
+    t, (x, y) = tokens(shown.theme), trail(shown.result, shown.view.axis, plane)
+    return {
+        "type": "scatter", "mode": "lines+markers", "x": packed(x), "y": packed(y), "hoverinfo": "skip",
+        "line": {"color": t["trail"], "width": 1}, "marker": {"color": t["trail"], "size": 4},
+        "name": "Gains over the run", "showlegend": bool(len(x)),
+    }  # fmt: skip
+
+
+def trail(result: Result, axis: int, plane: tuple[str, str]) -> tuple[FloatArray, FloatArray]:
+    """The gains of an axis over the run in a plane, each of shape (points,): where they stay they are one point."""
+    if result.selection is None:
+        return np.empty(0), np.empty(0)
+    used = result.selection.gains[:, axis][:, [GAIN_NAMES.index(name) for name in plane]]
+    used = used[~np.isnan(used).any(axis=1)]
+    moved = np.concatenate(([True], (np.diff(used, axis=0) != 0).any(axis=1)))[: len(used)]
+    points = used[moved]
+    points = points[:: max(1, -(-len(points) // TRAIL_POINTS))]
+    return points[:, 0], points[:, 1]
 
 
 def _figure(shown: Shown, plane: tuple[str, str], data: list[dict[str, Any]], ranges: list[list[float]]) -> Figure:
@@ -208,12 +236,6 @@ def axis_range(gains: Gains, name: str, border: FloatArray) -> list[float]:
     # Where the region reaches far beyond the point, its near part is shown.
     high = round_up(max(min(whole, 25 * value) if value else whole, 1.5 * value, 1e-6))
     return [-0.05 * high, 1.05 * high]
-
-
-def round_up(value: float) -> float:
-    """The next of 1, 1.5, 2, 3, 5, 7, 10, 15 ... and their tenths."""
-    power = 10.0 ** floor(log10(value))
-    return next(step * power for step in (1, 1.5, 2, 3, 5, 7, 10) if step * power >= value * (1 - 1e-9))
 
 
 @lru_cache(maxsize=32)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from layouts.figures.common import META, SERIES, Figure, clipped, drawn, packed, padded_range, thinned, trace, xy
-from layouts.shown import Shown, seen_key, target_key
+from layouts.shown import Shown, beside_key, seen_key, target_key
 from layouts.state import View
 from layouts.theme import hollow, layout, tokens
 from tracker_core import Result
@@ -16,8 +16,8 @@ from tracker_core.types import STATE_NAMES, FloatArray
 CLOSE_UP_SAMPLES = 30
 UNITS = ("m", "m/s", "m/s²", "m/s³")
 
-PATH_MOVING = (META, *xy(2, 3, 4))
-CLOSE_UP_MOVING = (META, *xy(0, 1, 2, 3, 4), ("layout", "xaxis", "range"), ("layout", "yaxis", "range"))
+PATH_MOVING = (META, *xy(2, 3, 4, 5))
+CLOSE_UP_MOVING = (META, *xy(0, 1, 2, 3, 4, 5), ("layout", "xaxis", "range"), ("layout", "yaxis", "range"))
 AXIS_MOVING = (META, *xy(2, 3, 4))
 
 
@@ -85,6 +85,7 @@ def path_figure(shown: Shown) -> Figure:
             "name": "Close-up", "hoverinfo": "skip", "showlegend": False,
         }
     )  # fmt: skip
+    data.append(_counterpart(shown, rows, limit))
     return {
         "data": data,
         "layout": layout(
@@ -96,6 +97,16 @@ def path_figure(shown: Shown) -> Figure:
             **_axes(result, padded_range(still_x), padded_range(still_y)),
         ),
     }
+
+
+def _counterpart(shown: Shown, rows: slice, limit: float) -> Figure:
+    """The smoothed path of the causal counterpart, where it is wanted beside a run in hindsight."""
+    x = y = np.empty(0)
+    if shown.beside is not None:
+        truth = shown.result.truth.positions
+        deviation = shown.beside.track.smoothed[:, :, 0] - truth
+        x, y = _plane(shown.result, clipped(truth + shown.view.exaggerate * deviation, limit), rows)
+    return trace("counterpart", x, y, shown.theme, showlegend=shown.beside is not None)
 
 
 def close_up_rows(samples: int, cursor: int) -> slice:
@@ -128,6 +139,7 @@ def close_up_figure(shown: Shown) -> Figure:
     ]  # fmt: skip
     for part, kind in zip(data, SERIES, strict=False):
         part["x"], part["y"] = (packed(values, "f8") for values in planes[kind])
+    data.append(_counterpart(shown, rows, limit))
     data[0]["mode"] = data[2]["mode"] = data[3]["mode"] = "lines+markers"
     data[0]["marker"] = {"size": 4, "color": tokens(theme)["truth"]}
     data[1]["marker"] = hollow(theme, 8)
@@ -193,12 +205,12 @@ def axis_figure(shown: Shown) -> Figure:
 
 def path_key(shown: Shown) -> str:
     """What the path shows beside the filter."""
-    return f"{seen_key(shown)}|{shown.view.exaggerate}"
+    return f"{seen_key(shown)}|{shown.view.exaggerate}|{beside_key(shown)}"
 
 
 def close_up_key(shown: Shown) -> str:
     """What the close-up shows beside the filter."""
-    return f"{seen_key(shown)}|{shown.view.exaggerate}|{shown.view.at}"
+    return f"{seen_key(shown)}|{shown.view.exaggerate}|{shown.view.at}|{beside_key(shown)}"
 
 
 def axis_key(shown: Shown) -> str:

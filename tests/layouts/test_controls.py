@@ -9,15 +9,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from layouts.controls import (
-    SPARE_GAINS,
-    controls_of,
-    design_title,
-    index_design,
-    preset_of,
-    presets,
-    resolve,
-)
+from layouts.controls import SPARE_GAINS, controls_of, preset_of, resolve
+from layouts.rules import design_title, index_design, presets
 from layouts.state import LIMIT_FIELDS, VIEW_FIELDS, Limits, Settings, View
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, Experiment, Gains
 from tracker_core.fields import FIELDS
@@ -112,7 +105,8 @@ def test_moving_a_manual_gain_keeps_the_others(controls_for, order):
 
 def dict_of(controls):
     """The fields of manual controls that say the experiment."""
-    used = [name for name in FIELDS if name not in PARAMETERS] + GAINS[: controls["order"]]
+    used = {"scenario", "samples", "interval", "noise", "noise_level", "noise_std", "manoeuvre", "seed", "start"}
+    used |= {"order", "convention", "design", *GAINS[: controls["order"]]}
     return {name: controls[name] for name in used}
 
 

@@ -12,13 +12,14 @@ from dash import Patch, no_update
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from layouts.controls import controls_of, presets, resolve
+from layouts.controls import controls_of, resolve
 from layouts.desk import answer, beginning, live_answer
 from layouts.figures.common import coordinates, moving_traces
 from layouts.live import framed
 from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.pages.track.answers import DESK as TRACK
+from layouts.rules import presets
 from layouts.state import Limits, Settings, View, from_query
 from layouts.theme import THEMES
 from tracker_core import DESIGNS, SCENARIOS, Experiment
@@ -27,7 +28,7 @@ DESKS = (EXPLORE, STABILITY, TRACK)
 ON_EVERY_PAGE = pytest.mark.parametrize("desk", DESKS, ids=lambda desk: desk.page)
 WILD = {"design": "manual", "order": 2, "alpha": 1.9, "beta": 1.5}
 # Everything that is computed only while no slider moves.
-RICH = View(exaggerate=5, background="lag", input="ramp")
+RICH = View(beside=True, exaggerate=5, background="lag", input="ramp")
 LIMITS = Limits(limit_noise=0.4, limit_lag=50.0)
 
 
@@ -146,6 +147,17 @@ def test_without_a_known_theme_it_is_the_light_one(controls_for, request_for, th
     assert {figure["layout"]["meta"]["theme"] for figure in drawn.values()} == {"light"}
 
 
+MOVEMENTS = {
+    "alpha": 0.33, "xi": 0.33, "tracking_index": 0.33, "fixed_alpha": 0.33, "members": 7, "grid": 3,
+}  # fmt: skip
+
+
+def movement(run):
+    """A move of what the run's design is computed from; of alpha where it is computed from nothing."""
+    name = next((name for name in MOVEMENTS if getattr(run, name) is not None), "alpha")
+    return {name: MOVEMENTS[name]}
+
+
 STEPS = {
     "order 2": ({"order": 2, "design": "fading-memory", "xi": 0.7}, {"xi": 0.4}),
     "order 3": ({}, {"xi": 0.9}),
@@ -169,10 +181,10 @@ STEPS = {
     "thinned": ({"samples": 12_000}, {"xi": 0.3}),
     "without noise": ({"noise": "none"}, {"xi": 0.3}),
     "one axis": ({"scenario": "constant-acceleration"}, {"xi": 0.3}),
-    **{
-        key: (run.to_dict(), {next(n for n in ("alpha", "xi", "tracking_index") if getattr(run, n) is not None): 0.33})
-        for key, run in presets().items()
-    },
+    "a method beside its counterpart": ({"design": "parallel-bank"}, {"members": 5}),
+    "a method instead of gains": ({"order": 2, "design": "fading-memory"}, {"design": "moving-window"}),
+    "gains instead of a method": ({"order": 2, "design": "growing-memory"}, {"beta": 0.4}),
+    **{key: (run.to_dict(), movement(run)) for key, run in presets().items()},
 }
 
 
@@ -278,7 +290,7 @@ EVERYTHING = {plot for desk in DESKS for plot in desk.plots}
 MAPS = {"explore-stability", "stability-map"}
 RESPONSES = {"stability-response", "stability-frequency"}
 PATHS = {"explore-path", "stability-path", "track-path"}
-TARGET = EVERYTHING - MAPS - RESPONSES - {"stability-poles"}
+TARGET = EVERYTHING - MAPS - RESPONSES - {"stability-poles", "explore-gains"}
 
 
 @pytest.mark.parametrize(
@@ -292,6 +304,10 @@ TARGET = EVERYTHING - MAPS - RESPONSES - {"stability-poles"}
         ({"design": "gray-murray"}, set()),
         ({"convention": "taylor"}, set()),
         ({"start": "first"}, set()),
+        ({"design": "growing-memory"}, {*MAPS, "explore-gains"}),
+        ({"noise": "coloured"}, TARGET),
+        ({"manoeuvre": "jerk-pulses"}, TARGET),
+        ({"noise_level": "snr"}, TARGET),
         ({"limit_noise": "0.5"}, set()),
         ({"order": 2}, MAPS),
         ({"plane": "beta-gamma"}, {"stability-map"}),

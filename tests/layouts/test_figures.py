@@ -440,11 +440,12 @@ def test_an_extreme_run_is_drawn_all_the_same(values, theme):
 def test_the_operating_point_says_whether_it_is_stable(gains, stable, region, theme):
     result = run(**gains)
     figure = plots(result, theme=theme)["stability"]
-    border, curve, printed, *places, point = figure["data"]
+    border, curve, printed, *places, trail, point = figure["data"]
     assert [point["x"], point["y"]] == [[value] for value in result.gains.vector[:2].tolist()]
     look = ("circle", tokens(theme)["good"]) if stable else ("x", tokens(theme)["bad"])
     assert (point["marker"]["symbol"], point["marker"]["color"]) == look
     assert (len(points(border)) > 0) == region
+    assert len(points(trail)) == 0
     order = result.gains.order
     said = [note["text"] for note in figure["layout"]["annotations"]]
     if not region:

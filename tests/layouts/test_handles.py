@@ -7,13 +7,14 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from layouts.controls import STEADY, controls_of, presets, resolve
+from layouts.controls import controls_of, resolve
 from layouts.desk import live_answer
 from layouts.figures.handles import gains_handle, pole_handles, pole_text
 from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import DESK as STABILITY
+from layouts.rules import STEADY, presets
 from layouts.state import Settings, View, plane_name
-from tracker_core import CONVENTIONS, DESIGNS, Experiment, Gains
+from tracker_core import CONVENTIONS, DESIGNS, Experiment, Gains, run_experiment
 from tracker_core.optimal import path_index
 from tracker_core.poles import gains_from_poles
 from tracker_core.region import PLANES
@@ -73,7 +74,8 @@ def test_a_point_is_called_by_its_gains():
 def test_the_handles_of_the_poles_are_the_poles(request_for, run):
     rest, _ = live_answer(STABILITY, request_for(controls_of(Settings(run))))
     handle = json.loads(json.dumps(rest["handles"]["stability-poles"]))
-    poles = assess(run.gains()).poles
+    view = Settings(run).view
+    poles = run_experiment(run).at(view.cursor(run.samples), view.axis).verdict.poles
     # To the last digit: what is not moved must not change.
     assert [complex(*point) for point in handle["points"]] == list(poles)
     assert handle["labels"] == [f"Pole {i}: {pole_text(pole)}" for i, pole in enumerate(poles, 1)]

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from layouts.figures import stability_map
-from layouts.figures.common import coordinates
+from layouts.figures.common import coordinates, round_up
 from layouts.figures.stability_map import (
     BACKGROUND,
     FORBIDDEN,
@@ -19,7 +19,6 @@ from layouts.figures.stability_map import (
     axis_range,
     design_curves,
     exceeded,
-    round_up,
 )
 from layouts.readouts import slice_text
 from layouts.shown import Shown

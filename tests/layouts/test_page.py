@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 import layouts
 from layouts.components import select_field, table
-from layouts.controls import SHARE
 from layouts.desk import answer, beginning, live_answer
 from layouts.figures.handles import gains_handle, pole_handles
 from layouts.filter_card import SLIDERS
@@ -23,6 +22,7 @@ from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import CARDS as STABILITY_CARDS
 from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.pages.track.answers import DESK as TRACK
+from layouts.rules import SHARE
 from layouts.shell import frame
 from layouts.state import BACKGROUNDS, EXAGGERATIONS, INPUTS
 from tracker_core import CONVENTIONS, DESIGNS, METRICS, SCENARIOS, Gains
@@ -261,7 +261,7 @@ def test_every_placeholder_becomes_an_input_of_a_control(name):
     for part in places:
         control = attribute(part, "data-control")
         assert control in beginning_of(name)["controls"]
-        ending = {"box": "", "slider": "-slider"}[attribute(part, "data-input")]
+        ending = {"box": "", "switch": "", "slider": "-slider"}[attribute(part, "data-input")]
         assert attribute(part, "data-id") == f"{name}-{control}{ending}"
         # What the script finds the travel of a slider by.
         assert ending == "" or control in {*SLIDERS, "at"}

@@ -14,12 +14,12 @@ def rule(shape: Shape, parameters: Mapping[str, Any]) -> None:
     window = parameters["window"]
     if window >= shape.samples:
         raise InputError("window", f"must be < {shape.samples:,}, the number of samples", window)
-    tried = parameters["grid"] * (parameters["refinements"] + 1)
+    tried = parameters["levels"] * (parameters["refinements"] + 1)
     check_work("window", window, shape.samples * shape.axes * window * tried // parameters["step"])
 
 
 def work(
-    problem: Problem, *, fixed_alpha: float, window: int, step: int, grid: int, refinements: int, criterion: str
+    problem: Problem, *, fixed_alpha: float, window: int, step: int, levels: int, refinements: int, criterion: str
 ) -> Selection:
     """See `kernels.window_search`."""
     from tracker_core import kernels  # compiled code is loaded when the first filter runs
@@ -29,7 +29,7 @@ def work(
         state, begin = draft.begin(axis)
         draft.stops.append(
             kernels.window_search(
-                setting.column(axis), setting.dt, fixed_alpha, window, step, grid, refinements,
+                setting.column(axis), setting.dt, fixed_alpha, window, step, levels, refinements,
                 criterion == "mean-absolute", state, begin, setting.limit,
                 draft.predicted[axis], draft.smoothed[axis], draft.used[axis],
             )
@@ -42,7 +42,7 @@ METHOD = Method(
     title="Moving window (M4)",
     orders=(2,),
     parameters={
-        "fixed_alpha": 0.05, "window": 20, "step": 1, "grid": 20, "refinements": 1, "criterion": "mean-square",
+        "fixed_alpha": 0.05, "window": 20, "step": 1, "levels": 20, "refinements": 1, "criterion": "mean-square",
     },
     work=work,
     rule=rule,

@@ -22,7 +22,7 @@ PARABOLAS = {"none": "no", "printed": "yes (eq. 25–26)"}
 
 PARAMETERS: dict[str, Field] = {
     "fixed_alpha": Field(
-        "α₀", "Fixed α", "", "The α that the method begins with; its β is that of Benedict and Bordner.", "number",
+        "α₀", "Fixed α₀", "", "The α that the method begins with; its β is that of Benedict and Bordner.", "number",
         Domain(0, 1, low_open=True)),
     "weight": Field(
         "w", "Weight", "", "Share of the fixed β; the rest is that of the growing memory. Empty: searched.", "number",
@@ -32,6 +32,9 @@ PARAMETERS: dict[str, Field] = {
         "W", "Window", "samples", "How many samples are filtered again.", "whole", Domain(2, 10_000, whole=True)),
     "step": Field(
         "", "Step", "samples", "How often the gains are chosen anew.", "whole", Domain(1, 10_000, whole=True)),
+    "levels": Field(
+        "", "Levels of α", "", "How many α the window is filtered with: i/m of (0, 1].", "whole",
+        Domain(1, 200, whole=True)),
     "grid": Field("m", "Grid", "", "Levels of every gain that is searched.", "whole", Domain(1, 200, whole=True)),
     "grid_eta": Field("", "Grid of η", "", "Levels of η.", "whole", Domain(1, 50, whole=True)),
     "refinements": Field(
@@ -51,3 +54,13 @@ PARAMETERS: dict[str, Field] = {
     "bound": choice("Bounds", "Which sets are admitted.", BOUNDS),
     "parabola": choice("Parabola", "Whether a parabola through the neighbours moves the gain.", PARABOLAS),
 }  # fmt: skip
+
+TITLES: dict[str, dict[str, str]] = {
+    "criterion": CRITERIA,
+    "objective": {name: name for name in STATE_NAMES},
+    "end_points": END_POINTS,
+    "ties": TIES,
+    "bound": BOUNDS,
+    "parabola": PARABOLAS,
+}
+"""Per choice what its names mean, for menus."""

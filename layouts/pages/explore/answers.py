@@ -9,12 +9,13 @@ from dash.development.base_component import Component
 
 from layouts.components import table
 from layouts.desk import Desk, Plot
-from layouts.figures import error, stability_map, track
+from layouts.figures import error, gains, stability_map, track
 from layouts.figures.handles import gains_handle
 from layouts.figures.stability_map import ALPHA_BETA
 from layouts.filter_card import SLIDERS
 from layouts.readouts import slice_text
-from layouts.shown import Shown, seen_key
+from layouts.rules import design_title
+from layouts.shown import Shown
 from layouts.state import Settings
 from layouts.text import change_text, metric_text, significant
 from tracker_core import METRICS, Experiment, Metrics, Result, run_experiment
@@ -60,12 +61,54 @@ def report(shown: Shown) -> dict[str, Any]:
     factor = shown.settings.view.exaggerate
     return {
         "cards": cards(shown.result, shown.settings),
+        "rows": {"compared": compared_rows(shown)},
         "handles": {"explore-stability": gains_handle(shown.result.gains, ALPHA_BETA)},
         "texts": {
             "scale": "" if factor == 1 else f"deviations × {factor}",
             "slice": slice_text(shown.result.gains, ALPHA_BETA),
+            "compared-text": compared_text(shown),
         },
     }
+
+
+COMPARED = {"tracking_rmse": "Predicted", "estimation_rmse": "Smoothed", "estimation_max": "Greatest"}
+
+
+def compared_rows(shown: Shown) -> list[list[Any]]:
+    """An oracle beside its causal counterpart and the raw measurement: per row a name and COMPARED, in m."""
+    result, beside = shown.result, shown.beside
+    if not result.experiment.hindsight:
+        return []
+    raw = result.metrics.observation_rmse
+    rows = [["◆ Oracle", *_compared(result.metrics)]]
+    if beside is not None:
+        rows.append(["Causal", *_compared(beside.metrics)])
+    rows.append(["Raw measurement", "–", metric_text(METRICS["observation_rmse"], raw), "–"])
+    return rows
+
+
+def _compared(metrics: Metrics) -> list[str]:
+    return [metric_text(METRICS[name], getattr(metrics, name)) for name in COMPARED]
+
+
+def compared_text(shown: Shown) -> str:
+    """What looking in hindsight gained over not filtering at all, in a sentence or two."""
+    metrics, beside = shown.result.metrics, shown.beside
+    raw = metrics.observation_rmse
+    if not shown.result.experiment.hindsight or not raw or metrics.estimation_rmse is None:
+        return ""
+    text = f"With the answer in hand this {_gained(metrics.estimation_rmse / raw)}"
+    if beside is None or beside.metrics.estimation_rmse is None:
+        return text
+    causal = design_title(beside.experiment.design)
+    return f"{text} Without it, the {causal[0].lower()}{causal[1:]} {_gained(beside.metrics.estimation_rmse / raw)}"
+
+
+def _gained(ratio: float) -> str:
+    """What an RMSE of so many times the raw measurement's means."""
+    if ratio >= 1:
+        return f"is no better than the raw measurement: {significant(ratio, 3)} times its error."
+    return f"removes {significant(100 * (1 - ratio), 3)} % of the measurement's error."
 
 
 def numbers(result: Result, settings: Settings) -> list[Component]:
@@ -100,7 +143,8 @@ DESK = Desk(
         "explore-path": Plot(track.path_figure, track.PATH_MOVING, track.path_key, often=True),
         "explore-close-up": Plot(track.close_up_figure, track.CLOSE_UP_MOVING, track.close_up_key, often=True),
         "explore-time": Plot(track.axis_figure, track.AXIS_MOVING, track.axis_key),
-        "explore-error": Plot(error.error_figure, error.MOVING, seen_key),
+        "explore-gains": Plot(gains.gains_figure, gains.MOVING, gains.gains_key),
+        "explore-error": Plot(error.error_figure, error.MOVING, error.error_key),
         "explore-stability": Plot(stability_map.small_map, stability_map.SMALL_MOVING, stability_map.small_key),
     },
     tables={NUMBERS: numbers},

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import plot_card, select_field, slider, tip
+from layouts.components import filled_table, plot_card, select_field, slider, tip
 from layouts.desk import stores
 from layouts.filter_card import filter_card, metrics_card, status_row, target_card
-from layouts.pages.explore.answers import CARDS, DESK, NUMBERS
+from layouts.pages.explore.answers import CARDS, COMPARED, DESK, NUMBERS
 from layouts.state import EXAGGERATIONS
 from tracker_core import METRICS, SCENARIOS
 from tracker_core.types import STATE_NAMES
@@ -29,7 +29,7 @@ def layout(**query: str) -> Component:
         ],
         id="explore",
         className="desk",
-        **{"data-state": "busy"},
+        **{"data-state": "busy", "data-method": ""},
     )
 
 
@@ -72,6 +72,11 @@ def _plots() -> list[Component]:
             [cursor],
         ),
         plot_card(
+            "explore-gains", "Gains over time", "The gains that the method chose for the axis shown, against time.",
+            [tip("per axis", "Of the axis chosen under Over time.", "hint")],
+        ),
+        _compared_card(),
+        plot_card(
             "explore-time", "Over time", "One state of one axis against time.",
             [
                 select_field("explore", "axis", "Axis", "Which coordinate is shown.", [(axis, axis) for axis in axes]),
@@ -85,6 +90,18 @@ def _plots() -> list[Component]:
             [html.Span(id="explore-slice", className="hint")],
         ),
     ]  # fmt: skip
+
+
+def _compared_card() -> Component:
+    """Filled in where a method looks in hindsight."""
+    return html.Section(
+        [
+            html.P(id="explore-compared-text", className="compared-text"),
+            filled_table("explore-compared", "Distance to the truth: RMSE, and the greatest", ["", *COMPARED.values()]),
+        ],
+        className="card compared-card",
+        **{"aria-label": "The oracle beside its causal counterpart and the raw measurement"},
+    )
 
 
 def _numbers_card() -> Component:

@@ -18,7 +18,7 @@ from layouts.scenes import RegionPicture
 from layouts.shown import Shown
 from layouts.state import LIMIT_FIELDS, Settings
 from layouts.text import change_text, metric_text, significant
-from tracker_core import Experiment, InputError, Result
+from tracker_core import Experiment, InputError, Result, run_experiment
 from tracker_core.consistency import average, error_squared, innovation_squared, model_covariance
 from tracker_core.merits import MERITS, merits
 from tracker_core.optimal import distance_from_optimal
@@ -50,7 +50,7 @@ SPACE = {
 
 @lru_cache(maxsize=64)
 def _pinned(experiment: Experiment) -> dict[str, float | None]:
-    return merits(experiment.gains(), experiment.interval)
+    return merits(run_experiment(experiment).gains, experiment.interval)
 
 
 def cards(result: Result, settings: Settings) -> dict[str, list[str]]:
@@ -139,7 +139,7 @@ def numbers(result: Result, settings: Settings) -> list[Component]:
 def _consistency(result: Result) -> list[Component]:
     """Whether the innovations and errors of the run are as large as the model that suits the gains says."""
     experiment = result.experiment
-    if experiment.noise == "none" or not all(result.noise_std):
+    if experiment.noise == "none" or not all(result.noise_std) or result.selection is not None:
         return []
     settling = float(step_figures(result.gains.vector)[1])
     if not settling < experiment.samples:

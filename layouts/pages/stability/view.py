@@ -54,7 +54,7 @@ def layout(**query: str) -> Component:
         ],
         id="stability",
         className="desk",
-        **{"data-state": "busy"},
+        **{"data-state": "busy", "data-method": ""},
     )
 
 
