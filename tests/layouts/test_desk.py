@@ -304,7 +304,7 @@ TARGET = EVERYTHING - MAPS - RESPONSES - {"stability-poles", "explore-gains"}
         ({"design": "gray-murray"}, set()),
         ({"convention": "taylor"}, set()),
         ({"start": "first"}, set()),
-        ({"design": "growing-memory"}, {*MAPS, "explore-gains"}),
+        ({"design": "growing-memory"}, {*MAPS, "explore-gains", "stability-response"}),
         ({"noise": "coloured"}, TARGET),
         ({"manoeuvre": "jerk-pulses"}, TARGET),
         ({"noise_level": "snr"}, TARGET),
