@@ -22,20 +22,23 @@ from layouts.live import framed
 from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.state import from_query
-from tracker_core import Experiment, Gains, run_experiment, run_filter
+from tracker_core import Experiment, Gains, Measurements, Truth, run_experiment, run_filter
+from tracker_core.adaptive import METHODS
+from tracker_core.adaptive.sample_search import candidates
 from tracker_core.experiment import observe
 from tracker_core.merits import merits
 from tracker_core.region import nearest_stable
+from tracker_core.types import FloatArray
 
 ROUNDS = 400
 UNSTABLE = Gains((0.5, 2.0, 0.9, 0.3))
 
 
-def timed(work: Callable[[], Any]) -> tuple[float, float]:
+def timed(work: Callable[[], Any], rounds: int = ROUNDS) -> tuple[float, float]:
     """Median and 95th percentile of the duration of a call, ms."""
     work()
     durations = []
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         begun = time.perf_counter()
         work()
         durations.append((time.perf_counter() - begun) * 1e3)
@@ -50,7 +53,7 @@ def row(name: str, median: float, high: float, bound: str = "") -> None:
 def measure_server() -> None:
     """The core and the answers, without a browser."""
     experiment = Experiment.from_dict({"order": 4, "xi": 0.74})
-    _, measurements = observe(experiment)
+    _, measurements, _ = observe(experiment)
     gains = experiment.gains()
     print(f"\n{'1,000 samples, two axes, order 4':<58} {'median':>8} {'p95':>8}   ms")
     row("the filter alone", *timed(lambda: run_filter(measurements, gains)))
@@ -65,6 +68,47 @@ def measure_server() -> None:
         full = {**request, "want": list(desk.plots)}
         row(f"{desk.page}: answer to a moving slider", *timed(lambda d=desk, q=live: framed(*live_answer(d, q))))
         row(f"{desk.page}: answer to the callback, all patches", *timed(lambda d=desk, q=full: answer(d, q)))
+
+
+def measure_methods() -> None:
+    """Every method on a long run, and the search at every sample beside the same in plain Python."""
+    rest = {"scenario": "yu-wu", "interval": 0.0125, "samples": 8_000, "noise_std": 10.0}
+    print(f"\n{'8,000 samples, two axes':<58} {'median':>8} {'p95':>8}   ms")
+    truth, measurements, _ = observe(Experiment.from_dict(rest))
+    for method in METHODS.values():
+        order = method.orders[-1]
+        row(
+            f"{method.name}, order {order}",
+            *timed(lambda m=method, o=order: m.run(measurements, o, truth=truth), rounds=20),
+        )
+    search = METHODS["sample-search"]
+    few = Measurements(measurements.times[:200], measurements.positions[:200], measurements.interval)
+    known = Truth(truth.times[:200], truth.states[:200])
+    sets, _ = candidates(4, 4, 6, "interior", "printed")
+    name = f"sample-search, order 4, all {len(sets)} sets"
+    row(
+        name,
+        *timed(lambda: search.run(measurements, 4, truth=truth, bound="printed", limit=1e300), rounds=20),
+        "at most 50 median",
+    )
+    compiled = timed(lambda: search.run(few, 4, truth=known, bound="printed", limit=1e300), rounds=20)[0]
+    plain = timed(lambda: plain_search(few, known, sets), rounds=3)[0]
+    print(f"{'the same in plain Python, 200 samples: times as long':<58} {plain / compiled:8.0f}")
+
+
+def plain_search(measurements: Measurements, truth: Truth, sets: FloatArray) -> list[float]:
+    """The search at every sample as one would write it down: least error of the acceleration, order 4."""
+    t, rows, positions = float(measurements.interval or 1), sets.tolist(), list[float]()
+    for axis in range(2):
+        z, wanted = measurements.positions[:, axis].tolist(), truth.states[:, axis, 2].tolist()
+        x, v, a, j = z[1], (z[1] - z[0]) / t, 0.0, 0.0
+        for i in range(2, len(z)):
+            x, v, a = x + t * v + t * t / 2 * a + t**3 / 6 * j, v + t * a + t * t / 2 * j, a + t * j
+            e = z[i] - x
+            g0, g1, g2, g3 = min(rows, key=lambda g: abs(a + g[2] * e / t**2 - wanted[i]))
+            x, v, a, j = x + g0 * e, v + g1 * e / t, a + g2 * e / t**2, j + g3 * e / t**3
+            positions.append(x)
+    return positions
 
 
 def moved(desk: Desk) -> dict[str, Any]:
@@ -116,6 +160,7 @@ def main() -> None:
     packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "dash", "plotly"))
     print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, {packages}")
     measure_server()
+    measure_methods()
     measure_scenes()
     measure_browser()
 

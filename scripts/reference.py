@@ -9,8 +9,11 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
 from tracker_core import CONVENTIONS, DESIGNS, METRICS, SCENARIOS, STARTS  # noqa: E402
+from tracker_core.adaptive import METHODS  # noqa: E402
 from tracker_core.experiment import DEFAULTS  # noqa: E402
 from tracker_core.fields import FIELDS  # noqa: E402
+from tracker_core.manoeuvre import MANOEUVRES  # noqa: E402
+from tracker_core.noise import NOISES  # noqa: E402
 from tracker_core.papers import papers  # noqa: E402
 
 TARGET = ROOT / "docs" / "reference.md"
@@ -75,6 +78,32 @@ def reference() -> str:
                 for order in d.orders
             ],
         ),
+        "## Methods that choose the gains as the filter runs",
+        "",
+        "What is left out takes its default; T is the interval. An oracle looks in hindsight: no tracker could run it.",
+        "",
+        *table(
+            ["name", "order", "parameters and defaults", "what it does", "oracle", "source"],
+            [
+                [
+                    f"`{m.name}`",
+                    ", ".join(map(str, m.orders)),
+                    ", ".join(f"`{name}` {_parameter(default)}" for name, default in m.parameters.items()) or "none",
+                    m.sentence,
+                    m.hindsight(m.defaults(1.0)),
+                    m.source,
+                ]
+                for m in METHODS.values()
+            ],
+        ),
+        "## Noise",
+        "",
+        *table(["name", "what it is"], [[f"`{name}`", noise.title] for name, noise in NOISES.items()]),
+        "Manoeuvre noise pushes the target, d(k+1) = F d(k) + G w(k):",
+        "",
+        *table(
+            ["name", "G", "unit of w"], [[f"`{m.name}`", m.formula or m.title, m.unit] for m in MANOEUVRES.values()]
+        ),
         "## Scenarios",
         "",
         *table(
@@ -105,6 +134,13 @@ def reference() -> str:
         ),
     ]
     return "\n".join(parts)
+
+
+def _parameter(default: object) -> str:
+    """A default in words; one that depends on the interval at two of them."""
+    if callable(default):
+        return f"{default(1.0):g} at T = 1 s, {default(0.1):g} at 0.1 s"
+    return "searched" if default is None else str(default)
 
 
 def _default(value: object) -> str:

@@ -128,7 +128,8 @@ def run_summary(result: Result) -> dict[str, Any]:
     """The result of a run as plain data.
 
     Keys: experiment, gains (convention, alpha ... eta), stable, spectral_radius, metrics, axes (metrics by axis name),
-    missing, stopped_at (sample number counted from 1, or null).
+    missing, stopped_at (sample number counted from 1, or null), method (null for constant gains, else hindsight,
+    found, unstable_share).
     """
     stop = result.track.stopped_at
     return {
@@ -142,6 +143,13 @@ def run_summary(result: Result) -> dict[str, Any]:
         },
         "missing": result.track.missing,
         "stopped_at": None if stop is None else stop + 1,
+        "method": None
+        if result.selection is None
+        else {
+            "hindsight": result.experiment.hindsight or None,
+            "found": {name: list(values) for name, values in result.selection.found.items()},
+            "unstable_share": result.unstable_share(),
+        },
     }
 
 
@@ -152,6 +160,8 @@ def _print_run(result: Result) -> None:
         for row in zip(*(column.tolist() for column in columns.values()), strict=True):
             print("  ".join(f"{value:14.8g}" for value in row))
         print()
+    if result.selection is not None:
+        _print_selection(result)
     print("  ".join(f"{name} {value:.6g}" for name, value in zip(GAIN_NAMES, result.gains.values, strict=False)))
     print("stable" if result.verdict.stable else "unstable", f"(largest pole {result.verdict.spectral_radius:.6g})")
     if result.track.stopped_at is not None:
@@ -159,6 +169,15 @@ def _print_run(result: Result) -> None:
     for name, value in result.metrics.to_dict().items():
         metric = METRICS[name]
         print(f"{metric.title:28}", "-" if value is None else f"{value:.6g} {metric.unit}")
+
+
+def _print_selection(result: Result) -> None:
+    if result.experiment.hindsight:
+        print(f"oracle: {result.experiment.hindsight}")
+    for name, values in result.selection.found.items() if result.selection else ():
+        print(f"found {name}", ", ".join(f"{value:.6g}" for value in values))
+    print(f"{100 * result.unstable_share():.3g} % of the corrections use gains that would be unstable if held")
+    print(f"gains of the last sample in {result.scenario.axes[0]}:")
 
 
 def _design(options: argparse.Namespace) -> None:

@@ -52,7 +52,7 @@ def answer(call):
 
 # run ---------------------------------------------------------------------------------------------------------------
 
-RUN_KEYS = ["experiment", "gains", "stable", "spectral_radius", "metrics", "axes", "missing", "stopped_at"]
+RUN_KEYS = ["experiment", "gains", "stable", "spectral_radius", "metrics", "axes", "missing", "stopped_at", "method"]
 
 
 def test_run_prints_one_json_object(answer):

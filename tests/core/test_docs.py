@@ -19,11 +19,18 @@ COMMANDS = [
 ]
 
 
-def test_the_reference_is_what_the_registries_say():
-    spec = importlib.util.spec_from_file_location("reference", ROOT / "scripts" / "reference.py")
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
-    assert script.TARGET.read_text(encoding="utf-8") == script.reference(), "run scripts/reference.py"
+def script(name):
+    """A script of the project as a module."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "scripts" / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize(("name", "write"), [("reference", "reference"), ("selection", "figures")])
+def test_what_a_script_has_written_is_what_it_would_write(name, write):
+    module = script(name)
+    assert module.TARGET.read_text(encoding="utf-8") == getattr(module, write)(), f"run scripts/{name}.py"
 
 
 def test_the_example_of_the_readme_runs(capsys):

@@ -7,15 +7,17 @@ from typing import TextIO
 
 import numpy as np
 
+from tracker_core.conventions import CONVENTIONS
 from tracker_core.experiment import Result
-from tracker_core.types import STATE_NAMES, FloatArray, IntArray
+from tracker_core.types import GAIN_NAMES, STATE_NAMES, FloatArray, IntArray
 
 
 def track_columns(result: Result) -> dict[str, FloatArray | IntArray]:
-    """The columns of a run, each of shape (n_samples,), SI units.
+    """The columns of a run, each of shape (n_samples,), SI units; gains have none.
 
     `sample` counts from 1; then `time`; then per axis `x_true`, `x_observed`, `x_predicted`, `x_smoothed`, and the
-    further states as `x_velocity_predicted`, `x_velocity_smoothed`, ...
+    further states as `x_velocity_predicted`, `x_velocity_smoothed`, ...; and where a method chose the gains, those of
+    every sample in the convention of the run as `x_alpha`, `x_beta`, ...
     """
     columns: dict[str, FloatArray | IntArray] = {
         "sample": np.arange(1, len(result.truth.times) + 1),
@@ -28,6 +30,10 @@ def track_columns(result: Result) -> dict[str, FloatArray | IntArray]:
             name = axis if state == 0 else f"{axis}_{STATE_NAMES[state]}"
             columns[f"{name}_predicted"] = result.track.predicted[:, i, state]
             columns[f"{name}_smoothed"] = result.track.smoothed[:, i, state]
+        if result.selection is not None:
+            factors = CONVENTIONS[result.experiment.convention].factors
+            for index, gain in enumerate(GAIN_NAMES[: result.gains.order]):
+                columns[f"{axis}_{gain}"] = result.selection.gains[:, i, index] / factors[index]
     return columns
 
 
