@@ -183,6 +183,17 @@
     }
   }
 
+  // What only methods have is laid out with the first of them; plotly does not notice.
+  function showMethod(method) {
+    page.method = root().dataset.method = method;
+    for (const plot of page.inTurn) {
+      const drawn = drawing(plot);
+      if (drawn && drawn.offsetParent && drawn._fullLayout && drawn._fullLayout.width !== drawn.offsetWidth) {
+        window.Plotly.relayout(drawn, { autosize: true });
+      }
+    }
+  }
+
   function showOffers(offers) {
     for (const [name, allowed] of Object.entries(offers)) {
       const menu = element(name);
@@ -419,6 +430,7 @@
       leaving: null,
       seq: 0,
       offer: null,
+      method: "",
       scene: "",
     };
     hydrate();
@@ -485,8 +497,7 @@
     showRows(answer.rows);
     showOffer(answer.offer);
     gainscope.showHandles(answer.handles, edit);
-    page.method = answer.method;
-    root().dataset.method = answer.method;
+    if (page.method !== answer.method) showMethod(answer.method);
     const menus = JSON.stringify([answer.owned, answer.offers, answer.fields, answer.method]);
     if (menus !== page.menus) {
       page.menus = menus;

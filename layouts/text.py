@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import floor, isfinite, log10
 
 from tracker_core import InputError
+from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.fields import FIELDS
 from tracker_core.metrics import Metric
 
@@ -66,7 +67,9 @@ def change_text(metric: Metric, value: float | None, pinned: float | None) -> tu
 def error_text(error: InputError) -> str:
     """A message for beside the field: the field by its label, the rule, the value received."""
     field = FIELDS.get(error.field)
-    label = (field.symbol or field.title) if field else LABELS.get(error.field, error.field)
+    # The symbols of gains say enough; those of a method's parameters are used by others too.
+    short = field is not None and field.symbol and error.field not in METHOD_PARAMETERS
+    label = LABELS.get(error.field, error.field) if field is None else field.symbol if short else field.title
     received = error.received
     text = f"{received:.12g}" if isinstance(received, float) else str(received)[:40]
     shown = "nothing" if received in (None, "") else f"“{text}”"

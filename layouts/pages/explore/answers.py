@@ -95,8 +95,10 @@ def compared_text(shown: Shown) -> str:
     """What looking in hindsight gained over not filtering at all, in a sentence or two."""
     metrics, beside = shown.result.metrics, shown.beside
     raw = metrics.observation_rmse
-    if not shown.result.experiment.hindsight or not raw or metrics.estimation_rmse is None:
+    if not shown.result.experiment.hindsight or raw is None or metrics.estimation_rmse is None:
         return ""
+    if not raw:
+        return "The measurements carry no error: no filter can gain anything over taking them as they are."
     text = f"With the answer in hand this {_gained(metrics.estimation_rmse / raw)}"
     if beside is None or beside.metrics.estimation_rmse is None:
         return text
