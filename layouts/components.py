@@ -117,6 +117,23 @@ def slider_field(page: str, name: str, symbol: str, title: str, sentence: str) -
     )  # fmt: skip
 
 
+def sample_cursor(page: str, label: str) -> Component:
+    """A slider over the samples of the run.
+
+    Args:
+        page: prefix of the ids.
+        label: what a screen reader is told that it chooses.
+    """
+    return html.Div(
+        [
+            html.Label("Sample", htmlFor=f"{page}-at-slider"),
+            slider(page, "at", label),
+            html.Output(id=f"{page}-at-text"),
+        ],
+        className="cursor",
+    )
+
+
 def parameter_field(page: str, name: str, title: str, sentence: str, unit: str = "") -> Component:
     """A number with a slider under its title."""
     caption = f"{title} ({unit})" if unit else title

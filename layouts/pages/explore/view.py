@@ -5,7 +5,7 @@ from __future__ import annotations
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import filled_table, plot_card, select_field, slider, tip
+from layouts.components import filled_table, plot_card, sample_cursor, select_field, tip
 from layouts.desk import stores
 from layouts.filter_card import filter_card, metrics_card, status_row, target_card
 from layouts.pages.explore.answers import CARDS, COMPARED, DESK, NUMBERS
@@ -45,14 +45,6 @@ def _controls() -> Component:
 
 
 def _plots() -> list[Component]:
-    cursor = html.Div(
-        [
-            html.Label("Sample", htmlFor="explore-at-slider"),
-            slider("explore", "at", "Sample in the close-up"),
-            html.Output(id="explore-at-text"),
-        ],
-        className="cursor",
-    )  # fmt: skip
     exaggerate = select_field(
         "explore", "exaggerate", "Deviations",
         "Draws every deviation from the truth this many times larger, in path and close-up.",
@@ -69,7 +61,7 @@ def _plots() -> list[Component]:
                 html.Span(id="explore-scale", className="hint"),
                 tip("30 samples", "Around the sample chosen below; click on any plot to choose another.", "hint"),
             ],
-            [cursor],
+            [sample_cursor("explore", "Sample in the close-up")],
         ),
         plot_card(
             "explore-gains", "Gains over time", "The gains that the method chose for the axis shown, against time.",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import box_field, filled_table, plot_card, scene_card, select_field
+from layouts.components import box_field, filled_table, plot_card, sample_cursor, scene_card, select_field
 from layouts.desk import stores
 from layouts.filter_card import filter_card, metrics_card, status_row
 from layouts.pages.stability.answers import CARDS, DESK, NUMBERS
@@ -85,6 +85,7 @@ def _plots() -> list[Component]:
                     [(name, BACKGROUND_TITLES[name]) for name in BACKGROUNDS],
                 ),
             ],
+            [sample_cursor("stability", "Sample whose gains are shown")],
         ),
         plot_card(
             "stability-poles", "Poles", "The poles of the filter in the z-plane; stable inside the unit circle.",
