@@ -558,6 +558,18 @@
     else if (target.type === "text") commit(target);
   });
 
+  const ARROWS = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 };
+
+  // A step of a slider may be less than one of a whole number.
+  document.addEventListener("keydown", (event) => {
+    const { target } = event;
+    const name = onPage(target) && target.type === "range" ? target.dataset.control : null;
+    if (!name || !(event.key in ARROWS) || !span(name).whole) return;
+    event.preventDefault();
+    const { low, high } = span(name);
+    edit(name, Math.min(high, Math.max(low, Number(page.values[name]) + ARROWS[event.key])), null, true);
+  });
+
   document.addEventListener("keydown", (event) => {
     const target = event.target;
     if (!onPage(target) || target.type !== "text") return;
