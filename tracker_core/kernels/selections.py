@@ -247,6 +247,7 @@ def bank_mixture(
             for k in range(count):
                 share[k] = share[k] / total
         weights[i] = share
+        within = True
         for a in range(axes):
             if i < begins[a]:
                 continue
@@ -259,8 +260,9 @@ def bank_mixture(
                 smoothed[a, i, r] = mean
                 if not np.isnan(z[i, a]):
                     used[a, i, r] = gain
-            if not abs(smoothed[a, i, 0]) <= limit:
-                return i
+            within = within and abs(smoothed[a, i, 0]) <= limit
+        if not within:
+            return i
     return n
 
 
