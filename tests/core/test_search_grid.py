@@ -20,7 +20,7 @@ def shares(end_points, count):
         "interior": [i / (count + 1) for i in numbers],
         "middle": [(i - Fraction(1, 2)) / count for i in numbers],
         "upper": [i / count for i in numbers],
-        "both": [(i - 1) / (count - 1) for i in numbers] if count > 1 else [],
+        "both": [(i - 1) / (count - 1) for i in numbers],
     }[end_points]
 
 
