@@ -41,7 +41,8 @@ def plain_search(z, t, fixed, window, step, grid, refinements, size):
         alphas.append(alpha)
         predicted.append(before)
         first = i - window + 1
-        if first < 3 or (first - 3) % step:
+        # One innovation does not depend on alpha.
+        if first < 3 or (first - 3) % step or sum(not math.isnan(measured) for measured in z[first : i + 1]) < 2:
             continue
         low, high, best = 0.0, 1.0, (math.inf, alpha)
         for _ in range(refinements + 1):
@@ -118,3 +119,15 @@ def test_equally_good_ones_give_the_smallest(grid):
     """Nothing moves: every alpha is right."""
     gains = METHOD.run(regular(np.zeros((30, 1))), window=5, grid=grid, refinements=3).gains[:, 0, 0]
     assert (gains[10:] == 1 / grid).all()
+
+
+@pytest.mark.parametrize("gap", [3, 4, 5, 12])
+def test_a_window_of_fewer_than_two_measurements_chooses_nothing(gap):
+    """After a gap the filter goes on with the last alpha that measurements have chosen."""
+    z = np.random.default_rng(3).normal(size=(60, 1)).cumsum(axis=0)
+    z[30 : 30 + gap] = np.nan
+    gains = METHOD.run(regular(z), window=5).gains[:, 0, 0]
+    cut = z[:40].copy()
+    # A measurement right after: the choice of sample 32, whose window still holds 28 and 29.
+    cut[33] = 0.0
+    assert gains[30 + gap] == METHOD.run(regular(cut), window=5).gains[33, 0, 0] > 0.05
