@@ -41,8 +41,11 @@ class Setting:
     limit: float
 
     def column(self, axis: int) -> FloatArray:
-        """The measurements of one axis, contiguous."""
-        return np.ascontiguousarray(self.z[:, axis])
+        """The measurements of one axis, contiguous.
+
+        Always a copy: for arrays that may not be written, such as those of an experiment, all would be compiled again.
+        """
+        return np.array(self.z[:, axis])
 
     def blank(self) -> FloatArray:
         """Room for the states of every axis, all NaN: axis first while filtering, so that each is contiguous."""

@@ -60,7 +60,7 @@ def work(problem: Problem, *, members: int, shortest: float, longest: float, mem
     weights = np.full((samples, len(gains)), np.nan)
     draft.stops.append(
         kernels.bank_mixture(
-            np.ascontiguousarray(setting.z), setting.dt, gains, states, begins, setting.limit,
+            np.array(setting.z, order="C"), setting.dt, gains, states, begins, setting.limit,
             exp(-problem.interval / memory), draft.predicted, draft.smoothed, draft.used, weights,
         )
     )  # fmt: skip

@@ -19,11 +19,14 @@ import numpy as np
 
 from tracker_core.adaptive.base import Draft, Method, Problem, Selection, Shape, check_work
 from tracker_core.checks import InputError
-from tracker_core.stability import stable
+from tracker_core.stability import region_margins
 from tracker_core.types import GAIN_NAMES, STATE_NAMES, FloatArray, IntArray
 
 PRINTED = Fraction(13, 6)
 """Factor of beta's bound in eq. 11 and 22; 1 is right for order 3."""
+
+CLEAR = 1e-11
+"""How far a set must lie within the stable region: end points give sets on its border, which rounding may let in."""
 
 
 def level(end_points: str, number: int, count: int) -> Fraction:
@@ -54,9 +57,10 @@ def candidates(order: int, grid: int, grid_eta: int, end_points: str, bound: str
     Raises:
         InputError: when no set is admitted.
     """
-    if end_points == "both" and min(grid, grid_eta if order == 4 else grid) < 2:
-        raise InputError("grid", "must be >= 2 for levels at both ends", min(grid, grid_eta))
     counts = (grid, grid, grid, grid_eta)[:order]
+    for name, count in zip(("grid", "grid_eta"), counts[2:], strict=False):
+        if end_points == "both" and count < 2:
+            raise InputError(name, "must be >= 2 for levels at both ends", count)
     gains, levels = [], []
     for gamma_level, alpha_level, beta_level, *eta_level in product(
         *(range(1, count + 1) for count in (grid, grid, grid, *counts[3:]))
@@ -67,7 +71,7 @@ def candidates(order: int, grid: int, grid_eta: int, end_points: str, bound: str
         levels.append(numbers)
     sets, numbers_of = np.array(gains), np.array(levels)
     if bound == "exact":
-        kept = stable(sets)
+        kept = np.all(region_margins(sets) > CLEAR, axis=-1)
         sets, numbers_of = sets[kept], numbers_of[kept]
     if not len(sets):
         raise InputError("grid", "must hold a stable set of gains", grid)

@@ -109,9 +109,11 @@ def window_search(
     """Alpha-beta filter over one axis whose alpha is chosen anew every `step` samples, for the samples to come.
 
     The last `window` samples are filtered again, from the state that the filter had before them, with every alpha of
-    a grid over (0, 1]; around the best one the grid is refined. Of equally good ones the smallest is taken.
+    a grid over (0, 1]; around the best one the grid is refined. Of equally good ones the smallest is taken. A window
+    of fewer than two measurements chooses nothing: its innovations do not depend on alpha.
     """
     n = z.shape[0]
+    seen = one_before = -1
     x, v = state[0], state[1]
     beta = alpha * alpha / (2 - alpha)
     for i in range(begin, n):
@@ -125,12 +127,13 @@ def window_search(
             v = v + beta / t * e
             used[i, 0] = alpha
             used[i, 1] = beta
+            one_before, seen = seen, i
         smoothed[i, 0] = x
         smoothed[i, 1] = v
         if not abs(x) <= limit:
             return i
         first = i + 1 - window
-        if first <= begin or (first - begin) % step != 1 % step:
+        if first <= begin or one_before < first or (first - begin) % step != 1 % step:
             continue
         low, high = 0.0, 1.0
         best = np.inf
@@ -247,6 +250,7 @@ def bank_mixture(
             for k in range(count):
                 share[k] = share[k] / total
         weights[i] = share
+        within = True
         for a in range(axes):
             if i < begins[a]:
                 continue
@@ -259,8 +263,9 @@ def bank_mixture(
                 smoothed[a, i, r] = mean
                 if not np.isnan(z[i, a]):
                     used[a, i, r] = gain
-            if not abs(smoothed[a, i, 0]) <= limit:
-                return i
+            within = within and abs(smoothed[a, i, 0]) <= limit
+        if not within:
+            return i
     return n
 
 
