@@ -500,4 +500,12 @@ def _run(experiment: Experiment) -> Result:
     )
 
 
-_remembered_run = lru_cache(maxsize=8)(_run)
+@lru_cache(maxsize=8)
+def _remembered_run(experiment: Experiment) -> Result:
+    result = _run(experiment)
+    arrays = [result.track.predicted, result.track.smoothed, result.track.innovation]
+    if result.selection is not None:
+        arrays.append(result.selection.gains)
+    for array in arrays:
+        array.setflags(write=False)
+    return result

@@ -9,7 +9,7 @@ from tracker_core import Measurements, Truth
 from tracker_core.adaptive import METHODS, PARAMETERS
 
 SMALL = {
-    "moving-window": {"window": 6, "grid": 7},
+    "moving-window": {"window": 6, "levels": 7},
     "parallel-bank": {"members": 5},
     "parallel-bank-causal": {"members": 5},
     "critically-damped-bank": {"members": 3},

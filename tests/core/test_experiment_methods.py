@@ -17,7 +17,7 @@ from tracker_core.noise import signal_to_noise, std_from_snr
 NAMES = [name for name in METHODS if name not in DESIGNS]
 CASES = [pytest.param(name, order, id=f"{name}-{order}") for name in NAMES for order in METHODS[name].orders]
 OTHERS = {
-    "fixed_alpha": 0.11, "weight": 0.25, "criterion": "mean-absolute", "window": 31, "step": 3, "grid": 5,
+    "fixed_alpha": 0.11, "weight": 0.25, "criterion": "mean-absolute", "window": 31, "step": 3, "levels": 9, "grid": 5,
     "grid_eta": 3, "refinements": 2, "members": 7, "memory": 9.5, "shortest": 2.5, "longest": 77.0,
     "objective": "velocity", "end_points": "middle", "ties": "last", "bound": "triangle", "parabola": "printed",
 }  # fmt: skip

@@ -17,7 +17,7 @@ ABSURD = {
     "window-longer": ({"design": "moving-window", "window": 201, "samples": 200}, "window", "< 200"),
     "window-as-long": ({"design": "moving-window", "window": 200, "samples": 200}, "window", "< 200"),
     "window-of-one": ({"design": "moving-window", "window": 1}, "window", ">= 2"),
-    "no-grid": ({"design": "moving-window", "grid": 0}, "grid", ">= 1"),
+    "no-grid": ({"design": "moving-window", "levels": 0}, "levels", ">= 1"),
     "no-step": ({"design": "moving-window", "step": 0}, "step", ">= 1"),
     "negative-refinements": ({"design": "moving-window", "refinements": -1}, "refinements", ">= 0"),
     "alpha-zero": ({"design": "moving-window", "fixed_alpha": 0}, "fixed_alpha", "> 0"),

@@ -32,7 +32,7 @@ def advance(x, v, z, t, alpha):
     return x, e, *((x, v) if math.isnan(e) else (x + alpha * e, v + beta / t * e))
 
 
-def plain_search(z, t, fixed, window, step, grid, refinements, size):
+def plain_search(z, t, fixed, window, step, levels, refinements, size):
     """From two points: the alpha in use at every sample, predicted positions, smoothed states."""
     states, alphas, predicted, alpha = {1: (z[1], (z[1] - z[0]) / t)}, [], [], fixed
     for i in range(2, len(z)):
@@ -46,8 +46,8 @@ def plain_search(z, t, fixed, window, step, grid, refinements, size):
             continue
         low, high, best = 0.0, 1.0, (math.inf, alpha)
         for _ in range(refinements + 1):
-            width = (high - low) / grid
-            for candidate in (low + width * k for k in range(1, grid + 1)):
+            width = (high - low) / levels
+            for candidate in (low + width * k for k in range(1, levels + 1)):
                 x, v = states[first - 1]
                 cost = 0.0
                 for j in range(first, i + 1):
@@ -61,23 +61,23 @@ def plain_search(z, t, fixed, window, step, grid, refinements, size):
 
 @settings(max_examples=60)
 @given(
-    seed=st.integers(0, 999), window=st.integers(2, 15), step=st.integers(1, 9), grid=st.integers(1, 12),
+    seed=st.integers(0, 999), window=st.integers(2, 15), step=st.integers(1, 9), levels=st.integers(1, 12),
     refinements=st.integers(0, 3), criterion=st.sampled_from(["mean-square", "mean-absolute"]),
     interval=st.sampled_from([0.25, 1.0, 3.0]), fixed=st.floats(0.01, 1), gap=st.booleans(),
 )  # fmt: skip
 def test_equals_a_loop_that_filters_the_window_again(
-    seed, window, step, grid, refinements, criterion, interval, fixed, gap
+    seed, window, step, levels, refinements, criterion, interval, fixed, gap
 ):
     z = series(seed, 30)
     if gap:
         z[8:12] = np.nan
     selection = METHOD.run(
-        regular(z, interval), fixed_alpha=fixed, window=window, step=step, grid=grid, refinements=refinements,
+        regular(z, interval), fixed_alpha=fixed, window=window, step=step, levels=levels, refinements=refinements,
         criterion=criterion,
     )  # fmt: skip
     size = abs if criterion == "mean-absolute" else (lambda e: e * e)
     column = z[:, 0].tolist()
-    alphas, predicted, states = plain_search(column, interval, fixed, window, step, grid, refinements, size)
+    alphas, predicted, states = plain_search(column, interval, fixed, window, step, levels, refinements, size)
     expected = np.where(np.isnan(z[2:, 0]), np.nan, alphas)
     assert np.array_equal(selection.gains[2:, 0, 0], expected, equal_nan=True)
     assert selection.gains[2:, 0, 1] == pytest.approx(expected**2 / (2 - expected), rel=1e-15, abs=0, nan_ok=True)
@@ -101,7 +101,7 @@ def test_until_the_window_has_filled_it_is_m1(window):
 
 
 def test_the_gains_change_every_step_only():
-    gains = METHOD.run(regular(series(4)), window=10, step=7, grid=200).gains[2:, 0, 0]
+    gains = METHOD.run(regular(series(4)), window=10, step=7, levels=200).gains[2:, 0, 0]
     changes = np.flatnonzero(np.diff(gains)) + 1
     assert len(changes) > 2
     assert set(changes % 7) == {(10 + 1) % 7}
@@ -114,11 +114,11 @@ def test_after_a_turn_alpha_is_larger():
     assert gains[20:41].max() < 0.6
 
 
-@pytest.mark.parametrize("grid", [1, 20])
-def test_equally_good_ones_give_the_smallest(grid):
+@pytest.mark.parametrize("levels", [1, 20])
+def test_equally_good_ones_give_the_smallest(levels):
     """Nothing moves: every alpha is right."""
-    gains = METHOD.run(regular(np.zeros((30, 1))), window=5, grid=grid, refinements=3).gains[:, 0, 0]
-    assert (gains[10:] == 1 / grid).all()
+    gains = METHOD.run(regular(np.zeros((30, 1))), window=5, levels=levels, refinements=3).gains[:, 0, 0]
+    assert (gains[10:] == 1 / levels).all()
 
 
 @pytest.mark.parametrize("gap", [3, 4, 5, 12])
