@@ -87,6 +87,7 @@ class Draft:
             self._keep_design()
         elif "design" in self.changed:
             self._keep_order()
+        self._take_parameters()
         self._take_hold()
         self._hand_over()
         self._keep_start()
@@ -144,6 +145,18 @@ class Draft:
         if self.order not in orders_of(design):
             self.controls["order"] = orders_of(design)[0]
             self.notes.append(f"{design_title(design)} is a filter of order {self.controls['order']}.")
+
+    def _take_parameters(self) -> None:
+        """A method that was chosen brings what it alone is told; what all methods begin with alike stays as it is."""
+        method = METHODS.get(str(self.controls.get("design")))
+        if method is None or "design" not in self.changed:
+            return
+        later = self.changed[self.changed.index("design") + 1 :]
+        interval = number(self.controls.get("interval"))
+        defaults = method.defaults(interval) if interval is not None and interval > 0 else {}
+        for name, value in defaults.items():
+            if name in OF_EACH and name not in later:
+                self.controls[name] = value
 
     def _keep_objective(self) -> None:
         """A search follows a state that the filter has, and that is known of the target."""
@@ -247,6 +260,15 @@ SEARCHED = frozenset(
     name for method in METHODS.values() for name, default in method.parameters.items() if default is None
 )
 """Parameters that may be left empty."""
+
+
+OF_EACH = frozenset(
+    name
+    for method in METHODS.values()
+    for name, default in method.parameters.items()
+    if callable(default) or any(default != other.parameters.get(name, default) for other in METHODS.values())
+)
+"""Parameters whose default depends on the interval or on the method."""
 
 
 def index_design(order: int) -> str | None:
