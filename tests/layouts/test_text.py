@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from layouts.text import change_text, error_text, metric_text, significant
 from tracker_core import METRICS, InputError
+from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.experiment import read_experiment
 from tracker_core.fields import FIELDS
 
@@ -122,4 +123,6 @@ def test_an_error_says_label_rule_and_what_came(values, text):
 @pytest.mark.parametrize("name", FIELDS)
 def test_every_field_is_called_as_it_is_labelled(name):
     text = error_text(InputError(name, "must be good", "x" * 100))
-    assert text == f"{FIELDS[name].symbol or FIELDS[name].title} must be good, got “{'x' * 40}”."
+    # Symbols of a method's parameters, such as W and m, are no names.
+    symbol = "" if name in METHOD_PARAMETERS else FIELDS[name].symbol
+    assert text == f"{symbol or FIELDS[name].title} must be good, got “{'x' * 40}”."
