@@ -266,6 +266,22 @@ def test_a_causal_run_is_compared_with_nothing(values):
         assert (made.beside, compared_rows(made), compared_text(made)) == (None, [], "")
 
 
+def test_a_run_that_was_stopped_compares_with_nothing():
+    """Where the target itself passes the limit, as far as it goes."""
+    far = {"scenario": "constant-acceleration", "interval": 1e6, "samples": 300}
+    made = shown(View(beside=True), **far, design="sample-search")
+    assert made.result.track.stopped_at is not None
+    assert made.beside.track.stopped_at is not None
+    oracle, causal, raw = compared_rows(made)
+    assert oracle == ["◆ Oracle", "–", "–", "–"]
+    assert causal == ["Causal", "–", "–", "–"]
+    assert raw[2] == metric_text(METRICS["observation_rmse"], made.result.metrics.observation_rmse)
+    assert compared_text(made) == (
+        "With the answer in hand this leaves the world: the run was stopped. "
+        "Without it, the bank of critically damped filters leaves the world: the run was stopped."
+    )
+
+
 def test_without_noise_nothing_is_gained():
     made = shown(View(beside=True), **SHORT, design="sample-search", noise="none")
     assert compared_text(made) == ""
