@@ -118,7 +118,7 @@
       const field = element(name);
       if (field) field.setAttribute("aria-invalid", message ? "true" : "false");
     }
-    const placed = (name) => element(`${name}-error`);
+    const placed = (name) => element(`${name}-error`) && !element(`${name}-error`).closest("[hidden]");
     const others = Object.keys(errors).filter((name) => !placed(name));
     return others.map((name) => errors[name]).join(" ");
   }

@@ -10,6 +10,7 @@ from layouts.state import Settings, plane_name, to_query
 from layouts.text import significant
 from tracker_core import DESIGNS, SCENARIOS, STARTS, Experiment, Gains, InputError, Result
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
+from tracker_core.conventions import rewrite
 from tracker_core.design import MANUAL
 from tracker_core.experiment import BESIDE, PARAMETERS
 from tracker_core.fields import FIELDS
@@ -130,11 +131,13 @@ def formula_text(experiment: Experiment) -> str:
 
 
 def found_text(result: Result) -> str:
-    """What a method has searched over the whole run, per axis."""
+    """What a method has searched over the whole run, per axis; gains in the convention of the run."""
     if result.selection is None:
         return ""
-    parts = []
-    for name, values in result.selection.found.items():
+    parts, convention = [], result.experiment.convention
+    for name, found in result.selection.found.items():
+        index = GAIN_NAMES.index(name) if name in GAIN_NAMES else None
+        values = found if index is None else [rewrite(gain, index, "normalised", convention) for gain in found]
         said = ", ".join(
             f"{significant(value, 3)} in {axis}" if len(values) > 1 else significant(value, 3)
             for axis, value in zip(result.scenario.axes, values, strict=False)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from layouts.fitting import fit, value_of
 from layouts.state import LIMIT_FIELDS, plane_name
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment, InputError
 from tracker_core.adaptive import METHODS
@@ -19,7 +20,7 @@ from tracker_core.optimal import path_index
 from tracker_core.papers import papers
 from tracker_core.poles import gains_from_poles, move_pole
 from tracker_core.region import PLANES
-from tracker_core.types import GAIN_NAMES, ORDERS, STATE_NAMES
+from tracker_core.types import GAIN_NAMES, ORDERS
 
 STEADY = "steady-kalman"
 SHARE = Domain(0, 1)
@@ -87,19 +88,15 @@ class Draft:
             self._keep_design()
         elif "design" in self.changed:
             self._keep_order()
-        self._take_parameters()
         self._take_hold()
         self._hand_over()
         self._keep_start()
-        self._keep_objective()
+        self.notes += fit(self.controls, self.changed, self.order)
 
     @property
     def order(self) -> int:
         """The order; where it cannot be read the highest, so that every gain that was given is looked at."""
-        try:
-            return int(FIELDS["order"].read("order", self.controls.get("order")))
-        except InputError:
-            return max(ORDERS)
+        return int(value_of(self.controls, "order") or max(ORDERS))
 
     def _takes(self) -> tuple[str, ...]:
         design = self.controls.get("design")
@@ -145,28 +142,6 @@ class Draft:
         if self.order not in orders_of(design):
             self.controls["order"] = orders_of(design)[0]
             self.notes.append(f"{design_title(design)} is a filter of order {self.controls['order']}.")
-
-    def _take_parameters(self) -> None:
-        """A method that was chosen brings what it alone is told; what all methods begin with alike stays as it is."""
-        method = METHODS.get(str(self.controls.get("design")))
-        if method is None or "design" not in self.changed:
-            return
-        later = self.changed[self.changed.index("design") + 1 :]
-        interval = number(self.controls.get("interval"))
-        defaults = method.defaults(interval) if interval is not None and interval > 0 else {}
-        for name, value in defaults.items():
-            if name in OF_EACH and name not in later:
-                self.controls[name] = value
-
-    def _keep_objective(self) -> None:
-        """A search follows a state that the filter has, and that is known of the target."""
-        objective, scenario = self.controls.get("objective"), SCENARIOS.get(str(self.controls.get("scenario")))
-        if "objective" not in self._takes() or objective not in STATE_NAMES or scenario is None:
-            return
-        followed = STATE_NAMES[: min(self.order, scenario.known_states)]
-        if objective not in followed and "objective" not in self.changed:
-            self.controls["objective"] = followed[-1]
-            self.notes.append(f"The true {objective} is not known or followed here: the objective is {followed[-1]}.")
 
     def _take_hold(self) -> None:
         """Gains that a hand has set by dragging; one that was moved by its own slider since stays."""
@@ -260,15 +235,6 @@ SEARCHED = frozenset(
     name for method in METHODS.values() for name, default in method.parameters.items() if default is None
 )
 """Parameters that may be left empty."""
-
-
-OF_EACH = frozenset(
-    name
-    for method in METHODS.values()
-    for name, default in method.parameters.items()
-    if callable(default) or any(default != other.parameters.get(name, default) for other in METHODS.values())
-)
-"""Parameters whose default depends on the interval or on the method."""
 
 
 def index_design(order: int) -> str | None:

@@ -152,7 +152,7 @@ def _trail(shown: Shown, plane: tuple[str, str]) -> dict[str, Any]:
     return {
         "type": "scatter", "mode": "lines+markers", "x": packed(x), "y": packed(y), "hoverinfo": "skip",
         "line": {"color": t["trail"], "width": 1}, "marker": {"color": t["trail"], "size": 4},
-        "name": "Gains over the run", "showlegend": bool(len(x)),
+        "name": "Gains over the run", "showlegend": shown.result.selection is not None,
     }  # fmt: skip
 
 

@@ -80,34 +80,39 @@ def compared_rows(shown: Shown) -> list[list[Any]]:
     if not result.experiment.hindsight:
         return []
     raw = result.metrics.observation_rmse
-    rows = [["◆ Oracle", *_compared(result.metrics)]]
+    rows = [["◆ Oracle", *_compared(result)]]
     if beside is not None:
-        rows.append(["Causal", *_compared(beside.metrics)])
+        rows.append(["Causal", *_compared(beside)])
     rows.append(["Raw measurement", "–", metric_text(METRICS["observation_rmse"], raw), "–"])
     return rows
 
 
-def _compared(metrics: Metrics) -> list[str]:
-    return [metric_text(METRICS[name], getattr(metrics, name)) for name in COMPARED]
+def _compared(result: Result) -> list[str]:
+    if result.track.stopped_at is not None:
+        return ["–" for _ in COMPARED]
+    return [metric_text(METRICS[name], getattr(result.metrics, name)) for name in COMPARED]
 
 
 def compared_text(shown: Shown) -> str:
     """What looking in hindsight gained over not filtering at all, in a sentence or two."""
-    metrics, beside = shown.result.metrics, shown.beside
-    raw = metrics.observation_rmse
-    if not shown.result.experiment.hindsight or raw is None or metrics.estimation_rmse is None:
+    result, beside = shown.result, shown.beside
+    raw = result.metrics.observation_rmse
+    if not result.experiment.hindsight or raw is None or result.metrics.estimation_rmse is None:
         return ""
     if not raw:
         return "The measurements carry no error: no filter can gain anything over taking them as they are."
-    text = f"With the answer in hand this {_gained(metrics.estimation_rmse / raw)}"
+    text = f"With the answer in hand this {_gained(result, raw)}"
     if beside is None or beside.metrics.estimation_rmse is None:
         return text
     causal = design_title(beside.experiment.design)
-    return f"{text} Without it, the {causal[0].lower()}{causal[1:]} {_gained(beside.metrics.estimation_rmse / raw)}"
+    return f"{text} Without it, the {causal[0].lower()}{causal[1:]} {_gained(beside, raw)}"
 
 
-def _gained(ratio: float) -> str:
-    """What an RMSE of so many times the raw measurement's means."""
+def _gained(result: Result, raw: float) -> str:
+    """What its RMSE means beside that of the raw measurement, m."""
+    if result.track.stopped_at is not None:
+        return "leaves the world: the run was stopped."
+    ratio = (result.metrics.estimation_rmse or 0.0) / raw
     if ratio >= 1:
         return f"is no better than the raw measurement: {significant(ratio, 3)} times its error."
     return f"removes {significant(100 * (1 - ratio), 3)} % of the measurement's error."

@@ -10,7 +10,7 @@ from layouts.desk import Desk, Plot
 from layouts.figures import error, track
 from layouts.filter_card import SLIDERS
 from layouts.scenes import TrackPicture
-from layouts.shown import Shown, seen_key
+from layouts.shown import Shown
 
 
 def report(shown: Shown) -> dict[str, Any]:
@@ -47,7 +47,7 @@ DESK = Desk(
     page="track",
     plots={
         "track-path": Plot(track.path_figure, track.PATH_MOVING, track.path_key, often=True),
-        "track-error": Plot(error.error_figure, error.MOVING, seen_key),
+        "track-error": Plot(error.error_figure, error.MOVING, error.error_key),
     },
     tables={},
     report=report,
