@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from benchmarks.serving import launch, server, settle
@@ -84,6 +85,30 @@ def open_page(browser: Browser, port: int) -> Iterator[Callable[..., Page]]:
     for context in contexts:
         context.close()
     assert complaints == []
+
+
+WIDTHS = ((1440, 900), (1280, 800), (1024, 800), (860, 900), (390, 844), (360, 740))
+
+
+@pytest.fixture
+def check_look() -> Callable[[Page], None]:
+    """Looks at a page wide and narrow, light and dark: nothing scrolls sideways, axe finds nothing serious."""
+
+    def check(page: Page) -> None:
+        for width, height in WIDTHS:
+            page.set_viewport_size({"width": width, "height": height})
+            # Plots follow the width a moment later.
+            page.wait_for_function("() => document.documentElement.scrollWidth <= innerWidth")
+            if width not in (1440, 390):
+                continue
+            for _ in ("light", "dark"):
+                found = Axe().run(page).response["violations"]
+                grave = [each for each in found if each["impact"] in ("serious", "critical")]
+                assert [(each["id"], each["nodes"][0]["html"]) for each in grave] == []
+                page.click("#theme-switch")
+                settle(page)
+
+    return check
 
 
 class Plot:
