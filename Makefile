@@ -27,7 +27,7 @@ test-without-browser: development
 test-browser: development
 	@chromium=$$(scripts/chromium.sh) || exit 1; \
 	if [ -n "$$chromium" ]; then \
-	    set -x; GAINSCOPE_CHROMIUM=$$chromium $(python) -m pytest -n $(browser_workers) --maxprocesses 4 tests/browser; \
+	    set -x; GAINSCOPE_CHROMIUM=$$chromium $(python) -m pytest -n $(browser_workers) --maxprocesses 4 --dist worksteal tests/browser; \
 	else \
 	    printf '\n*** THE BROWSER TESTS WERE NOT RUN: there is no Chromium, see above. ***\n\n'; \
 	fi

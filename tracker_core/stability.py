@@ -129,24 +129,43 @@ def jury_table(polynomial: FloatArray) -> tuple[Condition, ...]:
         One condition per line of the test. All hold exactly when every root lies inside the unit circle
         (Jury 1964, Theory and Application of the z-Transform Method).
     """
-    row = np.asarray(polynomial, dtype=np.float64)[::-1]
-    degree = len(row) - 1
-    signs = np.where(np.arange(degree + 1) % 2 == degree % 2, 1.0, -1.0)
-    conditions = [
-        Condition("p(1) > 0", float(row.sum()), tuple(row.tolist())),
-        Condition("p(−1) > 0" if degree % 2 == 0 else "−p(−1) > 0", float((signs * row).sum()), tuple(row.tolist())),
-        Condition(f"|a₀| < a{_subscript(degree)}", float(row[-1] - abs(row[0])), tuple(row.tolist())),
+    rows = _jury_rows(np.asarray(polynomial, dtype=np.float64))
+    degree = len(rows[0]) - 1
+    texts = ["p(1) > 0", "p(−1) > 0" if degree % 2 == 0 else "−p(−1) > 0", f"|a₀| < a{_subscript(degree)}"]
+    texts += [
+        f"|{letter}₀| > |{letter}{_subscript(len(row) - 1)}|"
+        for letter, row in zip(map(chr, range(ord("b"), ord("b") + degree)), rows[1:], strict=False)
     ]
-    for letter in map(chr, range(ord("b"), ord("b") + degree - 2)):
-        row = row[0] * row[:-1] - row[-1] * row[:0:-1]
-        conditions.append(
-            Condition(
-                f"|{letter}₀| > |{letter}{_subscript(len(row) - 1)}|",
-                float(abs(row[0]) - abs(row[-1])),
-                tuple(row.tolist()),
-            )
-        )
-    return tuple(conditions)
+    numbers = [rows[0]] * 3 + rows[1:]
+    return tuple(
+        Condition(text, margin, tuple(row.tolist()))
+        for text, margin, row in zip(texts, jury_margins(polynomial).tolist(), numbers, strict=True)
+    )
+
+
+def jury_margins(polynomials: FloatArray) -> FloatArray:
+    """By how much each line of Jury's table holds, for many polynomials of one degree.
+
+    Args:
+        polynomials: coefficients, highest power first, shape (..., degree + 1).
+
+    Returns:
+        Shape (..., lines), lines in the order of `jury_table`; negative where one fails.
+    """
+    first, *rest = _jury_rows(np.asarray(polynomials, dtype=np.float64))
+    degree = first.shape[-1] - 1
+    signs = np.where(np.arange(degree + 1) % 2 == degree % 2, 1.0, -1.0)
+    margins = [first.sum(axis=-1), (signs * first).sum(axis=-1), first[..., -1] - np.abs(first[..., 0])]
+    return np.stack([*margins, *(np.abs(row[..., 0]) - np.abs(row[..., -1]) for row in rest)], axis=-1)
+
+
+def _jury_rows(polynomials: FloatArray) -> list[FloatArray]:
+    """The rows of Jury's table, lowest power first, from coefficients with the highest first, (..., degree + 1)."""
+    rows = [polynomials[..., ::-1]]
+    for _ in range(polynomials.shape[-1] - 3):
+        row = rows[-1]
+        rows.append(row[..., :1] * row[..., :-1] - row[..., -1:] * row[..., :0:-1])
+    return rows
 
 
 def _subscript(number: int) -> str:
