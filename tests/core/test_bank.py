@@ -73,7 +73,7 @@ def test_equals_a_loop_over_a_bank(hindsight, interval, members):
     scale = np.nanmax(np.abs(z))
     assert np.abs(selection.track.predicted[2:, 0, 0] - predicted).max() <= 1e-12 * scale
     assert np.abs(selection.track.smoothed[2:, 0, 0] - smoothed).max() <= 1e-12 * scale
-    weights = selection.weights[2:, 0]
+    weights = selection.weights()[2:, 0]
     seen = speakers >= 0
     assert np.isnan(weights[~seen]).all()
     assert np.array_equal(weights[seen], np.eye(members)[speakers[seen].astype(int)])
@@ -104,7 +104,7 @@ def test_in_hindsight_the_nearest_prediction_speaks(seed):
     misses = np.stack(
         [run_filter(measurements, Gains(tuple(gains))).innovation[2:, 0] for gains in selection.members.tolist()]
     )
-    speakers = selection.weights[2:, 0].argmax(axis=1)
+    speakers = selection.weights()[2:, 0].argmax(axis=1)
     assert np.array_equal(np.abs(selection.track.innovation[2:, 0]), np.abs(misses).min(axis=0))
     assert np.array_equal(speakers, np.abs(misses).argmin(axis=0))
     assert len(set(speakers.tolist())) > 3
@@ -179,7 +179,7 @@ def test_equals_the_mean_of_its_members(plain_track, order, interval, members):
     padded = np.array([[*g, *[0.0] * (order - len(g))] for g in gains])
     assert selection.members == pytest.approx(padded, rel=1e-11, abs=0)
     predicted, smoothed, weights = mixed(plain_track, z, interval, gains, state, told["memory"])
-    assert np.abs(selection.weights - weights[:, None, :]).max() <= 1e-11
+    assert np.abs(selection.weights() - weights[:, None, :]).max() <= 1e-11
     for found, expected in ((selection.track.predicted, predicted), (selection.track.smoothed, smoothed)):
         assert (np.abs(found - expected) <= 1e-11 * np.abs(expected).max(axis=(0, 1))).all()
     used = np.where(np.isnan(z)[:, :, None], np.nan, (weights @ padded)[:, None, :])
@@ -192,7 +192,7 @@ def test_weights_are_shares(order, start):
     z = series(order, 200, axes=2)
     z[50:60] = np.nan
     selection = MIXTURE.run(regular(z), order, start=start)
-    weights = selection.weights[2:]
+    weights = selection.weights()[2:]
     assert weights.shape[2] == len(selection.members) == (12 if order == 2 else 24)
     assert (weights >= 0).all()
     assert weights.sum(axis=2) == pytest.approx(1, rel=1e-14, abs=0)
@@ -212,7 +212,7 @@ def test_a_bank_of_one_mixes_nothing():
 @pytest.mark.parametrize("order", [2, 3, 4])
 def test_members_that_are_equally_right_count_alike(order):
     """Nothing moves and nothing is wrong: no innovation at all."""
-    weights = MIXTURE.run(regular(np.zeros((50, 2))), order, start="first").weights[1:]
+    weights = MIXTURE.run(regular(np.zeros((50, 2))), order, start="first").weights()[1:]
     assert weights == pytest.approx(1 / weights.shape[2], rel=1e-15, abs=0)
 
 
@@ -221,7 +221,7 @@ def test_without_noise_the_fastest_member_that_fits_wins(order):
     """A motion of the filter's own order: from rest the fast ones have forgotten the start first."""
     times = np.arange(60.0)[:, None]
     selection = MIXTURE.run(regular(5 * times ** (order - 1)), order, start="first")
-    assert selection.weights[-1, 0].argmax() == 12
+    assert selection.weights()[-1, 0].argmax() == 12
     assert selection.track.smoothed[-1, 0, 0] == pytest.approx(5 * 59.0 ** (order - 1), rel=1e-9)
 
 

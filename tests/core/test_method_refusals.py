@@ -53,9 +53,9 @@ ABSURD = {
         {"scenario": "singer", "design": "sample-search", "order": 4, "objective": "jerk"}, "objective",
         "position, velocity, acceleration, which"),
     "objective-snap": ({"design": "sample-search", "objective": "snap"}, "objective", "one of position"),
-    "huge-bank": ({"design": "parallel-bank", "members": 51, "samples": 200_000}, "members", "<= 50 for 200,000"),
+    "huge-bank": ({"design": "parallel-bank", "members": 201}, "members", "<= 200"),
     "huge-mixture": (
-        {"design": "critically-damped-bank", "members": 26, "samples": 200_000, "order": 3}, "members", "<= 25 for"),
+        {"design": "critically-damped-bank", "members": 26, "samples": 200_000, "order": 3}, "members", "<= 20 for"),
     "huge-window": ({"design": "moving-window", "window": 10_000, "samples": 200_000}, "window", "at most 600,000,000"),
 }  # fmt: skip
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tracker_core.adaptive.base import Draft, Method, Problem, Selection, Shape, check_bank, one_hot
+from tracker_core.adaptive.base import Draft, Method, Problem, Selection, Shape, check_work
 from tracker_core.design import DESIGNS
 from tracker_core.types import FloatArray
 
@@ -38,12 +38,13 @@ def _run(problem: Problem, members: int, decay: float) -> Selection:
                 draft.predicted[axis], draft.smoothed[axis], draft.used[axis], chosen[axis],
             )
         )  # fmt: skip
-    return draft.selection(members=gains, weights=one_hot(chosen, members))
+    return draft.selection(members=gains, speaker=chosen.T)
 
 
 def rule(shape: Shape, parameters: Mapping[str, Any]) -> None:
-    """The weights must fit into memory."""
-    check_bank(shape, parameters["members"])
+    """All members must be filtered within seconds."""
+    members = parameters["members"]
+    check_work("members", members, members * shape.samples * shape.axes)
 
 
 def in_hindsight(problem: Problem, *, members: int) -> Selection:

@@ -16,8 +16,8 @@ from tracker_core.types import ORDERS, FloatArray, IntArray, Measurements, Track
 WORK_LIMIT = 600_000_000
 """Filter steps that one run of a method may take: some seconds."""
 
-STORE_LIMIT = 20_000_000
-"""Weights of bank members that one run may return."""
+STORE_LIMIT = 8_000_000
+"""Weights of bank members that one run may keep: 64 MB."""
 
 Default = Any
 """A value, or a function from the sampling interval (s) to it."""
@@ -32,15 +32,31 @@ class Selection:
         gains: shape (n_samples, n_axes, order), normalised: what corrected that sample; NaN where nothing did (the
             start, a missing measurement, after a stop). For a weighted bank the weighted mean of its members' gains.
         members: shape (K, order), the gains of a bank's members, normalised; None without a bank.
-        weights: shape (n_samples, n_axes, K): each member's share in the track; None without a bank.
+        shares: shape (n_samples, K): each member's share in the track of a mixed bank; None elsewhere.
+        speaker: shape (n_samples, n_axes): the member that alone is the track, -1 for none; None elsewhere.
         found: what was searched over the whole run, by name of the parameter: one number per axis or for all.
     """
 
     track: Track
     gains: FloatArray
     members: FloatArray | None = None
-    weights: FloatArray | None = None
+    shares: FloatArray | None = None
+    speaker: IntArray | None = None
     found: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+
+    def weights(self) -> FloatArray | None:
+        """Each member's share in the track, shape (n_samples, n_axes, K), NaN where nobody speaks; None without a bank.
+
+        Made when it is asked for: a bank of which one member speaks is kept as the number of that member.
+        """
+        samples, axes, _ = self.gains.shape
+        if self.shares is not None:
+            return np.broadcast_to(self.shares[:, None, :], (samples, axes, self.shares.shape[1]))
+        if self.speaker is None or self.members is None:
+            return None
+        weights = (self.speaker[..., None] == np.arange(len(self.members))).astype(np.float64)
+        weights[self.speaker < 0] = np.nan
+        return weights
 
     def gains_at(self, sample: int, axis: int) -> FloatArray:
         """The gains in use at a sample, shape (order,): the last ones up to it, else the first ones after it.
@@ -249,21 +265,12 @@ def check_work(field: str, value: Any, steps: int) -> None:
         raise InputError(field, f"must be smaller: at most {WORK_LIMIT:,} filter steps a run, not {steps:,}", value)
 
 
-def check_bank(shape: Shape, members: int, orders: int = 1) -> None:
+def check_weights(shape: Shape, members: int, orders: int) -> None:
     """Refuse a bank whose weights would not fit: `members` of so many orders.
 
     Raises:
         InputError: naming the parameter to make smaller.
     """
-    most = STORE_LIMIT // (shape.samples * shape.axes * orders)
+    most = STORE_LIMIT // (shape.samples * orders)
     if members > most:
-        raise InputError("members", f"must be <= {most} for {shape.samples:,} samples of {shape.axes} axes", members)
-
-
-def one_hot(chosen: IntArray, members: int) -> FloatArray:
-    """Weights of a bank in which one member speaks: chosen (n_axes, n_samples), -1 for none; NaN there."""
-    weights = np.zeros((chosen.shape[1], chosen.shape[0], members))
-    rows, axes = np.nonzero(chosen.T >= 0)
-    weights[rows, axes, chosen.T[rows, axes]] = 1.0
-    weights[chosen.T < 0] = np.nan
-    return weights
+        raise InputError("members", f"must be <= {most} for {shape.samples:,} samples and order {shape.order}", members)

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from tracker_core.adaptive.base import Draft, Method, Problem, Selection, Shape, check_bank
+from tracker_core.adaptive.base import Draft, Method, Problem, Selection, Shape, check_weights
 from tracker_core.checks import InputError
 from tracker_core.design import DESIGNS
 from tracker_core.types import FloatArray
@@ -32,7 +32,7 @@ def rule(shape: Shape, parameters: Mapping[str, Any]) -> None:
     shortest, longest = parameters["shortest"], parameters["longest"]
     if not shortest <= longest:
         raise InputError("longest", f"must be >= {shortest:g}, the shortest", longest)
-    check_bank(shape, parameters["members"], len(member_orders(shape.order)))
+    check_weights(shape, parameters["members"], len(member_orders(shape.order)))
 
 
 def bank_members(order: int, members: int, shortest: float, longest: float, interval: float) -> FloatArray:
@@ -64,8 +64,7 @@ def work(problem: Problem, *, members: int, shortest: float, longest: float, mem
             exp(-problem.interval / memory), draft.predicted, draft.smoothed, draft.used, weights,
         )
     )  # fmt: skip
-    shared = np.broadcast_to(weights[:, None, :], (samples, axes, len(gains)))
-    return draft.selection(members=gains, weights=shared)
+    return draft.selection(members=gains, shares=weights)
 
 
 METHOD = Method(
@@ -81,6 +80,7 @@ METHOD = Method(
     work=work,
     rule=rule,
     sentence="Fading-memory filters of this order and the one below, their time constants τ spaced evenly in the "
-    "logarithm, mixed by their past innovations. Needs neither the noise nor the truth, and stays bounded.",
+    "logarithm, mixed by their past innovations; the gains shown are their mean. Needs neither the noise nor the "
+    "truth, and stays bounded.",
     source="Gainscope; the weights are those of a Bayesian mean over members with unknown innovation variance",
 )
