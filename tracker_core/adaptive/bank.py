@@ -25,16 +25,15 @@ def bank_members(members: int) -> FloatArray:
 def _run(problem: Problem, members: int, decay: float) -> Selection:
     from tracker_core import kernels  # compiled code is loaded when the first filter runs
 
-    samples, axes, order = problem.shape
+    samples, axes, _ = problem.shape
     gains = bank_members(members)
     draft, setting = Draft.of(problem), problem.setting
     chosen = np.full((axes, samples), -1)
     for axis in range(axes):
         state, begin = draft.begin(axis)
-        states = np.tile(state, (members, 1)).reshape(members, order)
         draft.stops.append(
             kernels.bank_choice(
-                setting.column(axis), setting.dt, gains, states, begin, setting.limit, decay,
+                setting.column(axis), setting.dt, gains, state, begin, setting.limit, decay,
                 draft.predicted[axis], draft.smoothed[axis], draft.used[axis], chosen[axis],
             )
         )  # fmt: skip

@@ -156,47 +156,62 @@ def window_search(
 
 @compiled
 def bank_choice(
-    z: FloatArray, dt: FloatArray, members: FloatArray, states: FloatArray, begin: int, limit: float, decay: float,
+    z: FloatArray, dt: FloatArray, members: FloatArray, state: FloatArray, begin: int, limit: float, decay: float,
     predicted: FloatArray, smoothed: FloatArray, used: FloatArray, chosen: IntArray,
 ) -> int:  # fmt: skip
-    """A bank of filters over one axis, of which one speaks at every sample: members and states (K, m).
+    """A bank of alpha-beta filters over one axis, of which one speaks at every sample: members (K, 2), state (2,).
 
     With a decay in [0, 1) the prediction is that of the member with the least past innovation power, the smoothed
     state that of the least one including the present innovation. With a negative decay the member whose prediction
     lies nearest the measurement speaks: hindsight. Of equally good ones the first is taken.
     """
-    n, count, order = z.shape[0], members.shape[0], members.shape[1]
+    n, count = z.shape[0], members.shape[0]
     powers = np.zeros(count)
-    x = np.zeros(order)
-    before = states.copy()
+    x, v = np.full(count, state[0]), np.full(count, state[1])
+    before = x.copy()
     speaker = 0
     for i in range(begin, n):
         t = dt[i] if dt.shape[0] > 1 else dt[0]
+        observed = not np.isnan(z[i])
         nearest = 0
         least = np.inf
+        slow = v[speaker]
         for k in range(count):
-            _predict(states[k], t, x)
-            before[k] = x
-            e = z[i] - x[0]
-            if not np.isnan(e):
-                _correct(x, members[k], e, t)
+            x[k] = x[k] + t * v[k]
+            before[k] = x[k]
+            if observed:
+                e = z[i] - x[k]
                 powers[k] = decay * powers[k] + e * e if decay >= 0 else e * e
-            states[k] = x
-            if powers[k] < least:
-                least = powers[k]
-                nearest = k
-        observed = not np.isnan(z[i])
-        if decay < 0 and observed:
+                if powers[k] < least:
+                    least = powers[k]
+                    nearest = k
+        if observed and decay < 0:
             speaker = nearest
-        predicted[i] = before[speaker]
+            slow = v[speaker]
+        predicted[i, 0] = before[speaker]
+        predicted[i, 1] = slow
         if observed:
+            for k in range(count):
+                e = z[i] - before[k]
+                x[k] = x[k] + members[k, 0] * e
+                v[k] = v[k] + members[k, 1] / t * e
             speaker = nearest
             used[i] = members[speaker]
             chosen[i] = speaker
-        smoothed[i] = states[speaker]
-        if not abs(smoothed[i, 0]) <= limit:
+        smoothed[i, 0] = x[speaker]
+        smoothed[i, 1] = v[speaker]
+        if not abs(x[speaker]) <= limit:
             return i
     return n
+
+
+@compiled
+def _powers_of(t: float, forward: FloatArray, back: FloatArray) -> None:
+    """forward[d] = t^d/d!, back[d] = 1/t^d."""
+    forward[0] = back[0] = 1.0
+    for d in range(1, forward.shape[0]):
+        forward[d] = forward[d - 1] * t / d
+        back[d] = back[d - 1] / t
 
 
 @compiled
@@ -214,11 +229,12 @@ def bank_mixture(
     count, order = members.shape
     powers = np.zeros(count)
     share = np.full(count, 1.0 / count)
-    x = np.zeros(order)
-    before = states.copy()
+    forward, back = np.zeros(order), np.zeros(order)
+    _powers_of(dt[0], forward, back)
     effective = 0.0
     for i in range(begins.min(), n):
-        t = dt[i] if dt.shape[0] > 1 else dt[0]
+        if dt.shape[0] > 1:
+            _powers_of(dt[i], forward, back)
         measured = False
         for a in range(axes):
             measured = measured or (i >= begins[a] and not np.isnan(z[i, a]))
@@ -229,18 +245,22 @@ def bank_mixture(
         for a in range(axes):
             if i < begins[a]:
                 continue
+            for r in range(order):
+                predicted[a, i, r] = 0.0
+            observed = not np.isnan(z[i, a])
             for k in range(count):
-                _predict(states[a, k], t, x)
-                before[a, k] = x
-                e = z[i, a] - x[0]
-                if not np.isnan(e):
-                    _correct(x, members[k], e, t)
-                    powers[k] += e * e
-                states[a, k] = x
                 for r in range(order):
-                    if k == 0:
-                        predicted[a, i, r] = 0.0
-                    predicted[a, i, r] += share[k] * before[a, k, r]
+                    total = states[a, k, r]
+                    for c in range(r + 1, order):
+                        total += forward[c - r] * states[a, k, c]
+                    # States are predicted in their order: each needs only those that come after it.
+                    states[a, k, r] = total
+                    predicted[a, i, r] += share[k] * total
+                if observed:
+                    e = z[i, a] - states[a, k, 0]
+                    powers[k] += e * e
+                    for r in range(order):
+                        states[a, k, r] += members[k, r] * back[r] * e
         if measured:
             least = max(powers.min(), 1e-300)
             total = 0.0
@@ -250,7 +270,7 @@ def bank_mixture(
             for k in range(count):
                 share[k] = share[k] / total
         weights[i] = share
-        within = True
+        stopped = False
         for a in range(axes):
             if i < begins[a]:
                 continue
@@ -263,8 +283,8 @@ def bank_mixture(
                 smoothed[a, i, r] = mean
                 if not np.isnan(z[i, a]):
                     used[a, i, r] = gain
-            within = within and abs(smoothed[a, i, 0]) <= limit
-        if not within:
+            stopped = stopped or not abs(smoothed[a, i, 0]) <= limit
+        if stopped:
             return i
     return n
 
@@ -342,21 +362,25 @@ def candidate_scores(
     begin: int, limit: float, scores: FloatArray,
 ) -> None:  # fmt: skip
     """Adds to scores (C,) the squared error of state number `which` over one axis, with each candidate held."""
-    n = z.shape[0]
-    x = np.zeros_like(state)
+    n, order = z.shape[0], state.shape[0]
     now = np.zeros_like(state)
+    forward, back = np.zeros_like(state), np.zeros_like(state)
+    _powers_of(dt[0], forward, back)
     for k in range(candidates.shape[0]):
         now[:] = state
         total = 0.0
         for i in range(begin, n):
-            t = dt[i] if dt.shape[0] > 1 else dt[0]
-            _predict(now, t, x)
-            e = z[i] - x[0]
+            if dt.shape[0] > 1:
+                _powers_of(dt[i], forward, back)
+            for r in range(order):
+                for c in range(r + 1, order):
+                    now[r] += forward[c - r] * now[c]
+            e = z[i] - now[0]
             if not np.isnan(e):
-                _correct(x, candidates[k], e, t)
-            now[:] = x
-            if not abs(x[0]) <= limit:
+                for r in range(order):
+                    now[r] += candidates[k, r] * back[r] * e
+            if not abs(now[0]) <= limit:
                 total = np.inf
                 break
-            total += (x[which] - truth[i]) ** 2
+            total += (now[which] - truth[i]) ** 2
         scores[k] += total
