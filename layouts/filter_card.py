@@ -167,21 +167,16 @@ def target_card(page: str) -> Component:
             html.Div(
                 [
                     select_field(page, *_field("noise"), [(name, noise.title) for name, noise in NOISES.items()]),
+                    select_field(page, *_field("manoeuvre"), [(m.name, m.title) for m in MANOEUVRES.values()]),
                     select_field(page, *_field("noise_level"), list(NOISE_LEVELS.items())),
                     box_field(page, *_field("noise_std"), FIELDS["noise_std"].unit),
                     box_field(page, *_field("snr")),
                     box_field(page, *_field("noise_correlation")),
-                ],
-                className="pair",
-            ),
-            html.P(id=f"{page}-level", className="formula level"),
-            html.Div(
-                [
-                    select_field(page, *_field("manoeuvre"), [(m.name, m.title) for m in MANOEUVRES.values()]),
                     box_field(page, *_field("manoeuvre_std")),
                 ],
                 className="pair",
             ),
+            html.P(id=f"{page}-level", className="formula level"),
             html.Div(
                 [
                     html.Div(
