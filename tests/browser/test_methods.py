@@ -153,3 +153,13 @@ def test_axe_finds_nothing_serious_and_nothing_is_too_wide(open_page, theme, siz
     serious = [v for v in Axe().run(page).response["violations"] if v["impact"] in ("serious", "critical")]
     assert serious == []
     assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+
+
+@pytest.mark.parametrize("width", [390, 1000])
+def test_the_cards_of_a_method_are_no_higher_than_what_they_hold(open_page, width):
+    page = open_page("?scenario=alwagih&design=parallel-bank&beside=on", size=(width, 844))
+    for card in (".metrics-card", ".compared-card"):
+        assert page.locator(f"#explore {card}").bounding_box()["height"] < 400
+    assert page.locator("#explore .compared-card .table-frame").evaluate(
+        "frame => frame.scrollWidth <= frame.clientWidth"
+    )
