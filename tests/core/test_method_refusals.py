@@ -41,6 +41,7 @@ ABSURD = {
     "huge-grid": ({"design": "sample-search", "grid": 200}, "grid", "at most 600,000,000 filter steps"),
     "huge-grid-run": ({"design": "run-search", "order": 4, "grid": 30}, "grid", "at most 600,000,000 filter steps"),
     "long-search": ({"design": "sample-search", "grid": 12, "samples": 200_000}, "grid", "at most 600,000,000"),
+    "long-run-search": ({"design": "run-search", "grid": 8, "samples": 200_000}, "grid", "at most 600,000,000"),
     "beyond-any-grid": ({"design": "sample-search", "grid": 201}, "grid", "<= 200"),
     "both-ends-of-one": ({"design": "sample-search", "grid": 1, "end_points": "both"}, "grid", ">= 2"),
     "both-ends-of-one-eta": (
