@@ -163,3 +163,11 @@ def test_the_cards_of_a_method_are_no_higher_than_what_they_hold(open_page, widt
     assert page.locator("#explore .compared-card .table-frame").evaluate(
         "frame => frame.scrollWidth <= frame.clientWidth"
     )
+
+
+def test_what_is_said_of_one_choice_goes_with_the_next_in_the_same_menu(open_page, settle):
+    page = open_page()
+    choose(page, "design", "benedict-bordner", settle)
+    expect(page.locator("#explore-note")).to_contain_text("is a filter of order 2.")
+    choose(page, "design", "growing-memory", settle)
+    expect(page.locator("#explore-note")).to_be_empty()
