@@ -209,7 +209,8 @@
   function edit(name, value, from, live) {
     // What was held was held of the filter as it was.
     if (!["point", "pole"].includes(name)) gainscope.letGo();
-    if (name !== page.touched) text("note", "");
+    // Another choice in the same menu is another thing; a slider goes on with the same one.
+    if (name !== page.touched || element(name)?.tagName === "SELECT") text("note", "");
     page.touched = name;
     page.values[name] = value;
     // In the order of the hand: the server lets later changes win.

@@ -197,6 +197,7 @@ def offers(experiment: Experiment) -> dict[str, list[str]]:
             if experiment.order >= start.least_order and (experiment.method is None or start.name != "expanding")
         ],
         "plane": [plane_name(plane) for plane in PLANES[experiment.order]],
+        "objective": list(STATE_NAMES[: min(experiment.order, scenario.known_states)]),
     }
 
 

@@ -55,17 +55,7 @@ def figures() -> str:
         "",
         *table(
             ["T, s", *(text for name in ("γ L2", "δ L2", "γ Lmax", "δ Lmax") for text in (name, "printed"))],
-            [
-                [
-                    interval,
-                    *(
-                        f"{value:.3g}"
-                        for pair in zip(cells[interval], PRINTED[interval], strict=True)
-                        for value in pair
-                    ),
-                ]
-                for interval in PRINTED
-            ],
+            [[interval, *_pairs(cells[interval], PRINTED[interval])] for interval in PRINTED],
         ),
         f"Root mean square of log10(found/printed) over the twenty cells: {_distance(cells):.3f}.",
         "",

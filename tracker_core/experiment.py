@@ -60,6 +60,8 @@ BESIDE: dict[str, tuple[str, tuple[str, ...], Any]] = {
 """Fields that mean something beside certain values of another field only: that field, the values, the default."""
 
 CACHED_SAMPLES = 20_000
+CACHED_WEIGHTS = 400_000
+"""Samples times members of a bank whose run is remembered: a run keeps a weight or more for each of them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -466,7 +468,9 @@ def known_state(experiment: Experiment) -> FloatArray | None:
 
 def run_experiment(experiment: Experiment) -> Result:
     """Run it: truth, measurements, track, stability, metrics. Short runs of methods are remembered."""
-    if experiment.method is not None and experiment.samples <= CACHED_SAMPLES:
+    samples = experiment.samples
+    short = samples <= CACHED_SAMPLES and samples * (experiment.members or 0) <= CACHED_WEIGHTS
+    if experiment.method is not None and short:
         return _remembered_run(experiment)
     return _run(experiment)
 

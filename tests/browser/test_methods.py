@@ -132,8 +132,14 @@ def test_absurd_parameters_are_refused_beside_their_field(open_page, plot, settl
 
 def test_every_method_is_drawn_from_the_menu_and_the_sample_chooses_its_gains(open_page, plot, settle):
     page = open_page("?scenario=yu-wu&samples=300&order=4")
+    note = page.locator("#explore-note")
     for name, method in METHODS.items():
+        before = int(page.input_value("#explore-order"))
         choose(page, "design", name, settle)
+        # What was said of one choice goes with the next in the same menu.
+        expect(note).to_contain_text("" if before in method.orders else "is a filter of order")
+        if before in method.orders:
+            expect(note).to_be_empty()
         if name != "benedict-bordner":
             assert page.get_attribute("#explore", "data-method") == name
             assert plot(page, "gains").meta["seq"] == plot(page, "path").meta["seq"]
@@ -147,4 +153,12 @@ def test_every_method_is_drawn_from_the_menu_and_the_sample_chooses_its_gains(op
 
 
 def test_it_looks_right_at_every_width_in_both_themes(open_page, check_look):
-    check_look(open_page("?scenario=alwagih&design=parallel-bank&beside=on&noise=coloured"))
+    page = open_page("?scenario=alwagih&design=parallel-bank&beside=on&noise=coloured")
+    check_look(page)
+    for width in (390, 1000):
+        page.set_viewport_size({"width": width, "height": 844})
+        for card in (".metrics-card", ".compared-card"):
+            assert page.locator(f"#explore {card}").bounding_box()["height"] < 400
+        assert page.locator("#explore .compared-card .table-frame").evaluate(
+            "frame => frame.scrollWidth <= frame.clientWidth"
+        )

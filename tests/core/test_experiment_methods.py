@@ -261,3 +261,12 @@ def test_every_scenario_runs_with_every_method_that_may_look_at_it():
             result = run_experiment(read(scenario=scenario, design=name, order=order, start="two-point"))
             assert result.track.stopped_at is None
             assert result.metrics.estimation_rmse is not None
+
+
+def test_a_bank_with_many_weights_is_not_remembered():
+    values = {"scenario": "alwagih", "design": "parallel-bank", "samples": 2_500}
+    small, large = (Experiment.from_dict({**values, "members": members}) for members in (160, 161))
+    assert run_experiment(small) is run_experiment(small)
+    first, second = run_experiment(large), run_experiment(large)
+    assert first is not second
+    assert np.array_equal(first.track.smoothed, second.track.smoothed, equal_nan=True)

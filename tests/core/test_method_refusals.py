@@ -38,9 +38,10 @@ ABSURD = {
     "no-memory": ({"design": "critically-damped-bank", "memory": 0}, "memory", ">= 1e-06"),
     "no-levels": ({"design": "sample-search", "grid": 0}, "grid", ">= 1"),
     "no-levels-eta": ({"design": "sample-search", "order": 4, "grid_eta": 0}, "grid_eta", ">= 1"),
-    "huge-grid": ({"design": "sample-search", "grid": 200}, "grid", "at most 300,000,000 filter steps"),
-    "huge-grid-run": ({"design": "run-search", "order": 4, "grid": 30}, "grid", "at most 300,000,000 filter steps"),
-    "long-search": ({"design": "sample-search", "grid": 12, "samples": 200_000}, "grid", "at most 300,000,000"),
+    "huge-grid": ({"design": "sample-search", "grid": 200}, "grid", "at most 500,000,000 filter steps"),
+    "huge-grid-run": ({"design": "run-search", "order": 4, "grid": 30}, "grid", "at most 500,000,000 filter steps"),
+    "long-search": ({"design": "sample-search", "grid": 12, "samples": 200_000}, "grid", "at most 500,000,000"),
+    "long-run-search": ({"design": "run-search", "grid": 8, "samples": 200_000}, "grid", "at most 500,000,000"),
     "beyond-any-grid": ({"design": "sample-search", "grid": 201}, "grid", "<= 200"),
     "both-ends-of-one": ({"design": "sample-search", "grid": 1, "end_points": "both"}, "grid", ">= 2"),
     "both-ends-of-one-eta": (
@@ -56,7 +57,7 @@ ABSURD = {
     "huge-bank": ({"design": "parallel-bank", "members": 201}, "members", "<= 200"),
     "huge-mixture": (
         {"design": "critically-damped-bank", "members": 26, "samples": 200_000, "order": 3}, "members", "<= 20 for"),
-    "huge-window": ({"design": "moving-window", "window": 10_000, "samples": 200_000}, "window", "at most 300,000,000"),
+    "huge-window": ({"design": "moving-window", "window": 10_000, "samples": 200_000}, "window", "at most 500,000,000"),
 }  # fmt: skip
 
 

@@ -1,6 +1,7 @@
 """What the page says where a method chooses the gains: fields, level of the noise, what was found, verdict, menus."""
 
 import re
+from contextlib import suppress
 from dataclasses import replace
 from math import log10
 
@@ -16,11 +17,12 @@ from layouts.readouts import fields_shown, formula_text, found_text, level_text,
 from layouts.shown import Shown
 from layouts.state import Settings, View
 from layouts.text import metric_text
-from tracker_core import DESIGNS, METRICS, STARTS, Experiment, run_experiment
+from tracker_core import DESIGNS, METRICS, STARTS, Experiment, InputError, run_experiment
 from tracker_core.adaptive import METHODS, PARAMETERS
 from tracker_core.fields import FIELDS
 from tracker_core.manoeuvre import MANOEUVRES
 from tracker_core.noise import NOISES, signal_to_noise, std_from_snr
+from tracker_core.types import STATE_NAMES
 
 NAMES = [name for name in METHODS if name not in DESIGNS]
 SERVED = [(name, order) for name in NAMES for order in METHODS[name].orders]
@@ -192,6 +194,17 @@ def test_an_oracle_that_is_told_what_it_searched_is_none():
     assert not fields_shown(given)["beside"]
     assert given.counterpart() is None
     assert formula_text(given) == METHODS["linear-combination"].sentence
+
+
+@pytest.mark.parametrize("scenario", ["yu-wu", "singer"])
+@pytest.mark.parametrize("order", [3, 4])
+def test_a_search_offers_the_objectives_that_it_accepts(scenario, order):
+    experiment = Experiment.from_dict({"scenario": scenario, "design": "sample-search", "order": order})
+    accepted = []
+    for name in STATE_NAMES:
+        with suppress(InputError):
+            accepted.append(replace(experiment, objective=name).objective)
+    assert offers(experiment)["objective"] == accepted
 
 
 @pytest.mark.parametrize(("method", "order"), SERVED)

@@ -13,8 +13,8 @@ from tracker_core.checks import Domain, InputError
 from tracker_core.filters import STOP_LIMIT, Setting, set_up
 from tracker_core.types import ORDERS, FloatArray, IntArray, Measurements, Track, Truth
 
-WORK_LIMIT = 300_000_000
-"""Filter steps that one run of a method may take: a second or two."""
+WORK_LIMIT = 500_000_000
+"""Filter steps that one run of a method may take: some seconds."""
 
 STORE_LIMIT = 8_000_000
 """Weights of bank members that one run may keep: 64 MB."""

@@ -3,9 +3,9 @@
 K filters of the wanted order and K of the order below run side by side, each with its own state: fading-memory
 filters with every pole at x = exp(-T/tau), tau spaced evenly in its logarithm. The track is their mean, weighted by
 J^(-N/2): J the innovation power over a window that fades with the memory, all axes added, and N the window's length,
-the sum of its weights. That is the probability of each member given the window, were its innovations white and
-Gaussian with a variance nobody knows. It needs neither the noise nor the truth; and a mean of stable filters is
-bounded for every bounded input.
+the sum of its weights. With one axis that is the probability of each member given the window, were its innovations
+white and Gaussian with a variance nobody knows; several axes count as one, which mixes more cautiously. It needs
+neither the noise nor the truth; and a mean of stable filters is bounded for every bounded input.
 """
 
 from __future__ import annotations

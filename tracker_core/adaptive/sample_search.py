@@ -25,6 +25,9 @@ from tracker_core.types import GAIN_NAMES, STATE_NAMES, FloatArray, IntArray
 PRINTED = Fraction(13, 6)
 """Factor of beta's bound in eq. 11 and 22; 1 is right for order 3."""
 
+STEP_OF_A_FILTER = 3
+"""What a step of a whole filter counts in the work of a run: it takes many times as long as trying one gain."""
+
 CLEAR = 1e-11
 """How far a set must lie within the stable region: end points give sets on its border, which rounding may let in."""
 
@@ -118,6 +121,14 @@ def rule(shape: Shape, parameters: Mapping[str, Any]) -> None:
     candidates(shape.order, grid, parameters["grid_eta"], parameters["end_points"], parameters["bound"])
 
 
+def rule_for_the_run(shape: Shape, parameters: Mapping[str, Any]) -> None:
+    """The same; and every admitted set is a whole filter, where a search at a sample only compares one gain."""
+    rule(shape, parameters)
+    names = ("grid", "grid_eta", "end_points", "bound")
+    sets, _ = candidates(shape.order, *(parameters[name] for name in names))
+    check_work("grid", parameters["grid"], STEP_OF_A_FILTER * len(sets) * shape.samples * shape.axes)
+
+
 def per_sample(
     problem: Problem, *, grid: int, grid_eta: int, end_points: str, bound: str, ties: str, parabola: str, objective: str
 ) -> Selection:
@@ -197,7 +208,7 @@ FOR_THE_RUN = Method(
     orders=(3, 4),
     parameters={**GRID, "objective": "position"},
     work=for_the_run,
-    rule=rule,
+    rule=rule_for_the_run,
     sentence="The same grid; the one set is used whose smoothed position (or other state) is nearest to the truth over "
     "the whole run.",
     source="The grid of Yu & Wu 2017 with one choice for each interval T",
