@@ -72,8 +72,9 @@ def _keep_window(controls: dict[str, Any]) -> Iterator[str]:
     """The window fits into the run: the page does not show its field before the method runs."""
     window, samples = value_of(controls, "window"), value_of(controls, "samples")
     if window is not None and samples is not None and window >= samples:
-        controls["window"] = samples - 1
-        yield f"The window is longer than the run: W is now {samples - 1:,}."
+        # Half of the run is left to use what the window has found.
+        controls["window"] = max(2, samples // 2)
+        yield f"The window is longer than the run: W is now {controls['window']:,}."
 
 
 def _keep_ratio(controls: dict[str, Any]) -> Iterator[str]:

@@ -37,7 +37,8 @@ FIELDS: dict[str, Field] = {
     "manoeuvre": choice(
         "Manoeuvre noise", "Random pushes that the target gets and the filter does not know of.", MANOEUVRES),
     "manoeuvre_std": Field(
-        "σ_w", "Push std", "", "Standard deviation of the pushes, in m/s² or m/s³.", "number", MANOEUVRE_STD),
+        "σ_w", "Push std", "", "Standard deviation of the pushes: m/s² for an acceleration, m/s³ for a jerk.", "number",
+        MANOEUVRE_STD),
     "seed": Field(
         "", "Seed", "", "The same seed draws the same noise, and the same random target, everywhere.", "whole", SEED),
     "start": choice("Start", "Where the filter's first state comes from.", STARTS),

@@ -192,10 +192,10 @@ def test_an_objective_that_the_hand_chose_is_an_error_beside_it(controls_for, me
 @pytest.mark.parametrize(
     ("start", "moved", "window"),
     [
-        ({"scenario": "garg-constant-velocity"}, {"design": "moving-window"}, 9),
-        ({"samples": 20}, {"design": "moving-window"}, 19),
+        ({"scenario": "garg-constant-velocity"}, {"design": "moving-window"}, 5),
+        ({"samples": 20}, {"design": "moving-window"}, 10),
         ({"samples": 3}, {"design": "moving-window"}, 2),
-        ({"design": "moving-window", "window": 50}, {"scenario": "garg-accelerating"}, 9),
+        ({"design": "moving-window", "window": 50}, {"scenario": "garg-accelerating"}, 5),
     ],
     ids=str,
 )

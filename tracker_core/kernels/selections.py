@@ -109,8 +109,9 @@ def window_search(
     """Alpha-beta filter over one axis whose alpha is chosen anew every `step` samples, for the samples to come.
 
     The last `window` samples are filtered again, from the state that the filter had before them, with every alpha of
-    a grid over (0, 1]; around the best one the grid is refined. Of equally good ones the smallest is taken. A window
-    of fewer than two measurements chooses nothing: its innovations do not depend on alpha.
+    a grid over (0, 1]; around the best one the grid is refined. Of equally good ones of a grid the smallest is
+    taken. The first window is that after the first predicted sample. A window of fewer than two measurements chooses
+    nothing: its innovations do not depend on alpha.
     """
     n = z.shape[0]
     seen = one_before = -1
