@@ -91,15 +91,15 @@ WIDTHS = ((1440, 900), (1280, 800), (1024, 800), (860, 900), (390, 844), (360, 7
 
 
 @pytest.fixture
-def check_look() -> Callable[[Page], None]:
+def check_look() -> Callable[..., None]:
     """Looks at a page wide and narrow, light and dark: nothing scrolls sideways, axe finds nothing serious."""
 
-    def check(page: Page) -> None:
+    def check(page: Page, axe_at: tuple[int, ...] = (1440, 390)) -> None:
         for width, height in WIDTHS:
             page.set_viewport_size({"width": width, "height": height})
             # Plots follow the width a moment later.
             page.wait_for_function("() => document.documentElement.scrollWidth <= innerWidth")
-            if width not in (1440, 390):
+            if width not in axe_at:
                 continue
             for _ in ("light", "dark"):
                 found = Axe().run(page).response["violations"]

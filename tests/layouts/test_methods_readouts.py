@@ -14,9 +14,10 @@ from layouts.pages import explore, stability, track
 from layouts.pages.explore.answers import COMPARED, compared_rows, compared_text
 from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.readouts import fields_shown, formula_text, found_text, level_text, offers, owned, status_text
+from layouts.rules import presets
 from layouts.shown import Shown
 from layouts.state import Settings, View
-from layouts.text import metric_text
+from layouts.text import metric_text, significant
 from tracker_core import DESIGNS, METRICS, STARTS, Experiment, InputError, run_experiment
 from tracker_core.adaptive import METHODS, PARAMETERS
 from tracker_core.fields import FIELDS
@@ -293,6 +294,25 @@ def test_a_run_that_was_stopped_compares_with_nothing():
         "With the answer in hand this leaves the world: the run was stopped. "
         "Without it, the bank of critically damped filters leaves the world: the run was stopped."
     )
+
+
+@pytest.mark.parametrize("sigma", [1, 10, 50])
+@pytest.mark.parametrize("order", ["gamma", "delta"])
+def test_with_measurement_noise_the_searches_are_hardly_better_or_worse_than_no_filter(order, sigma):
+    run = presets()[f"yu2017/{order}-sigma-{sigma}"]
+    made = shown(View(beside=True), **run.to_dict())
+    metrics = run_experiment(run).metrics
+    ratio = metrics.estimation_rmse / metrics.observation_rmse
+    if order == "delta":
+        assert ratio > 5
+        said = f"is no better than the raw measurement: {significant(ratio, 3)} times its error."
+    else:
+        assert 0.85 < ratio < 1
+        said = f"removes {significant(100 * (1 - ratio), 3)} % of the measurement's error."
+    assert compared_text(made).startswith(
+        f"With the answer in hand this {said} Without it, the bank of critically damped"
+    )
+    assert [row[0] for row in compared_rows(made)] == ["◆ Oracle", "Causal", "Raw measurement"]
 
 
 def test_without_noise_nothing_is_gained():
