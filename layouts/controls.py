@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from layouts.rules import OWN_VIEW, STEADY, Draft, number, presets
+from layouts.rules import OWN_VIEW, STEADY, Draft, number, preset_keys, presets
 from layouts.state import LIMIT_FIELDS, SWITCH, VIEW_FIELDS, Settings, plane_name, read_limits, read_view
 from tracker_core import SCENARIOS, Experiment, Gains, InputError, run_experiment
 from tracker_core.adaptive import METHODS
@@ -120,7 +120,7 @@ def responsiveness(experiment: Experiment, gains: Gains) -> float | None:
 
 def preset_of(experiment: Experiment) -> str:
     """Key of the paper's run that this experiment is, or an empty string."""
-    return next((key for key, run in presets().items() if run == experiment), "")
+    return preset_keys().get(experiment, "")
 
 
 def resolve(controls: Mapping[str, Any], changed: Iterable[str], pin: Mapping[str, Any] | None = None) -> Resolution:

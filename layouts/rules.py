@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
+from types import MappingProxyType
 from typing import Any
 
 from layouts.fitting import fit, value_of
@@ -249,9 +251,17 @@ def design_title(name: str) -> str:
     return METHODS[name].title if name in METHODS else "Manual"
 
 
-def presets() -> dict[str, Experiment]:
+@cache
+def presets() -> Mapping[str, Experiment]:
     """Every run of the source documents by key."""
-    return {f"{paper.name}/{run.name}": run.experiment for paper in papers().values() for run in paper.runs}
+    runs = {f"{paper.name}/{run.name}": run.experiment for paper in papers().values() for run in paper.runs}
+    return MappingProxyType(runs)
+
+
+@cache
+def preset_keys() -> Mapping[Experiment, str]:
+    """The other way round; of several documents that report the same run the first."""
+    return MappingProxyType({experiment: key for key, experiment in reversed(list(presets().items()))})
 
 
 def number(value: Any) -> float | None:
