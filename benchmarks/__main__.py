@@ -25,9 +25,9 @@ from layouts.state import from_query
 from tracker_core import Experiment, Gains, Measurements, Truth, run_experiment, run_filter
 from tracker_core.adaptive import METHODS
 from tracker_core.adaptive.sample_search import candidates
-from tracker_core.experiment import observe
 from tracker_core.merits import merits
 from tracker_core.region import nearest_stable
+from tracker_core.run import observe
 from tracker_core.types import FloatArray
 
 ROUNDS = 400

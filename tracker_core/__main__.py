@@ -15,13 +15,14 @@ from typing import Any, NoReturn
 from tracker_core.checks import POSITIVE, InputError, show
 from tracker_core.conventions import CONVENTIONS, Gains
 from tracker_core.design import DESIGNS
-from tracker_core.experiment import PARAMETERS, Experiment, Result, run_experiment
+from tracker_core.experiment import PARAMETERS, Experiment
 from tracker_core.exports import track_columns, write_track
 from tracker_core.fields import FIELDS, INTERVAL
 from tracker_core.merits import MERITS, merits
 from tracker_core.metrics import METRICS
 from tracker_core.poles import damping_class
 from tracker_core.region import nearest_stable
+from tracker_core.run import Result, run_experiment
 from tracker_core.stability import Condition, assess, printed_conditions
 from tracker_core.types import GAIN_NAMES
 

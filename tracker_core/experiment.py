@@ -1,4 +1,4 @@
-"""The experiment: one small description from which everything shown follows, and its run.
+"""The experiment: one small description from which everything shown follows.
 
 Same experiment, same bits. The link in the address bar, the page, the command line, exports and tests all speak
 `Experiment.to_dict`.
@@ -8,25 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from functools import lru_cache
 from typing import Any
 
-import numpy as np
-
-from tracker_core.adaptive import METHODS, Method, Selection, Shape
+from tracker_core.adaptive import METHODS, Method, Shape
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.checks import InputError
 from tracker_core.conventions import Gains
 from tracker_core.design import DESIGNS, MANUAL
 from tracker_core.fields import FIELDS
-from tracker_core.filters import run_filter
-from tracker_core.manoeuvre import wander
-from tracker_core.metrics import Metrics, measure, measure_axes
-from tracker_core.noise import DECIBEL, NOISES, std_from_snr
-from tracker_core.scenarios import SCENARIOS, Scenario
-from tracker_core.stability import Verdict, assess, stable
+from tracker_core.noise import DECIBEL
+from tracker_core.scenarios import SCENARIOS
 from tracker_core.starts import STARTS
-from tracker_core.types import GAIN_NAMES, ORDERS, FloatArray, Measurements, Track, Truth
+from tracker_core.types import GAIN_NAMES, ORDERS
 
 PARAMETERS = (*GAIN_NAMES, "xi", "tracking_index")
 """Fields that a gain design may be computed from."""
@@ -58,10 +51,6 @@ BESIDE: dict[str, tuple[str, tuple[str, ...], Any]] = {
     ),
 }
 """Fields that mean something beside certain values of another field only: that field, the values, the default."""
-
-CACHED_SAMPLES = 20_000
-CACHED_WEIGHTS = 400_000
-"""Samples times members of a bank whose run is remembered: a run keeps a weight or more for each of them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -348,168 +337,3 @@ def _check_sensor(experiment: Experiment) -> None:
         )
     if experiment.interval != recording.interval:
         raise InputError("interval", f"must be {recording.interval:g} for recorded measurements", experiment.interval)
-
-
-@dataclass(frozen=True, slots=True)
-class Result:
-    """Everything that follows from one experiment.
-
-    Attributes:
-        experiment: the description.
-        gains: the gains it ran with, in its convention; where a method chose them, those of the last sample of the
-            first axis, or of another one: see `at`.
-        verdict: their stability.
-        truth: what the target did.
-        measurements: what the sensor saw of it.
-        noise_std: standard deviation of its error, per axis, m.
-        track: what the filter made of that.
-        metrics: how good the track is, all axes jointly.
-        selection: how a method chose the gains; None where they are constant.
-    """
-
-    experiment: Experiment
-    gains: Gains
-    verdict: Verdict
-    truth: Truth
-    measurements: Measurements
-    noise_std: tuple[float, ...]
-    track: Track
-    metrics: Metrics
-    selection: Selection | None = None
-
-    @property
-    def scenario(self) -> Scenario:
-        """The scenario that was run."""
-        return SCENARIOS[self.experiment.scenario]
-
-    def axis_metrics(self) -> tuple[Metrics, ...]:
-        """The figures of merit of every axis for itself."""
-        steady = self.verdict.stable and self.selection is None
-        return measure_axes(self.track, self.measurements, self.truth, self.gains, stable=steady)
-
-    def at(self, sample: int, axis: int) -> Result:
-        """The same result with the gains, and their verdict, that a method used at a sample of an axis."""
-        if self.selection is None:
-            return self
-        gains = Gains.normalised(self.selection.gains_at(sample, axis)).to(self.experiment.convention)
-        return replace(self, gains=gains, verdict=assess(gains))
-
-    def unstable_share(self) -> float:
-        """Share of the corrections, over all axes, whose gains would be unstable if they were held."""
-        if self.selection is None:
-            return 0.0 if self.verdict.stable else 1.0
-        used = self.selection.gains[~np.isnan(self.selection.gains[:, :, 0])]
-        return float(1 - stable(used).mean()) if len(used) else 0.0
-
-
-def observe(experiment: Experiment) -> tuple[Truth, Measurements, tuple[float, ...]]:
-    """The truth of an experiment, what the sensor measured of it, and the standard deviation of its error per axis.
-
-    Short runs are remembered.
-    """
-    key = tuple(getattr(experiment, name) for name in _SEEN)
-    return _remembered(*key) if experiment.samples <= CACHED_SAMPLES else _observe(*key)
-
-
-_SEEN = (
-    "scenario", "samples", "interval", "noise", "noise_level", "noise_std", "noise_correlation", "snr", "manoeuvre",
-    "manoeuvre_std", "seed",
-)  # fmt: skip
-"""What truth and measurements follow from, in the order in which `_observe` takes it."""
-
-
-def _observe(
-    scenario_name: str,
-    samples: int,
-    interval: float,
-    noise: str,
-    noise_level: str,
-    noise_std: tuple[float, ...] | None,
-    noise_correlation: float | None,
-    snr: float | None,
-    manoeuvre: str,
-    manoeuvre_std: float | None,
-    seed: int,
-) -> tuple[Truth, Measurements, tuple[float, ...]]:
-    scenario = SCENARIOS[scenario_name]
-    times = (scenario.first_sample + np.arange(samples, dtype=np.float64)) * interval
-    truth = scenario.truth(times, seed)
-    axes = len(scenario.axes)
-    if manoeuvre_std is not None:
-        pushed = truth.states + wander(manoeuvre, samples, axes, interval, manoeuvre_std, seed)
-        truth = Truth(times, pushed)
-    if noise_std is not None:
-        std = noise_std * axes if len(noise_std) == 1 else noise_std
-    else:
-        std = std_from_snr(truth.positions, snr or 0.0, decibel=noise_level == "snr-decibel")
-    if noise == "recorded" and scenario.recording is not None:
-        positions = np.array(scenario.recording.positions[:samples])
-    else:
-        draw = NOISES[noise].draw
-        positions = truth.positions.copy()
-        if draw is not None:
-            positions += draw(positions.shape, std, seed, noise_correlation or 0.0)
-    for array in (truth.times, truth.states, positions):
-        array.setflags(write=False)
-    return truth, Measurements(truth.times, positions, interval), std
-
-
-_remembered = lru_cache(maxsize=32)(_observe)
-
-
-def known_state(experiment: Experiment) -> FloatArray | None:
-    """The state that the start "known" is given: the truth one interval before the first sample; else None."""
-    if experiment.start != "known":
-        return None
-    scenario = SCENARIOS[experiment.scenario]
-    before = (scenario.first_sample - 1) * experiment.interval
-    return scenario.truth(np.array([before]), experiment.seed).states[0, :, : experiment.order]
-
-
-def run_experiment(experiment: Experiment) -> Result:
-    """Run it: truth, measurements, track, stability, metrics. Short runs of methods are remembered."""
-    samples = experiment.samples
-    short = samples <= CACHED_SAMPLES and samples * (experiment.members or 0) <= CACHED_WEIGHTS
-    if experiment.method is not None and short:
-        return _remembered_run(experiment)
-    return _run(experiment)
-
-
-def _run(experiment: Experiment) -> Result:
-    truth, measurements, noise_std = observe(experiment)
-    before, selection = known_state(experiment), None
-    if experiment.method is None:
-        gains = experiment.gains()
-        track = run_filter(measurements, gains, start=experiment.start, initial_state=before)
-    else:
-        selection = experiment.method.run(
-            measurements, experiment.order, truth=truth, start=experiment.start, initial_state=before,
-            **experiment.parameters(),
-        )  # fmt: skip
-        track = selection.track
-        gains = Gains.normalised(selection.gains_at(experiment.samples, 0)).to(experiment.convention)
-    verdict = assess(gains)
-    # Gains that change have no steady lag.
-    steady = verdict.stable and selection is None
-    return Result(
-        experiment=experiment,
-        gains=gains,
-        verdict=verdict,
-        truth=truth,
-        measurements=measurements,
-        noise_std=noise_std,
-        track=track,
-        metrics=measure(track, measurements, truth, gains, stable=steady),
-        selection=selection,
-    )
-
-
-@lru_cache(maxsize=8)
-def _remembered_run(experiment: Experiment) -> Result:
-    result = _run(experiment)
-    arrays = [result.track.predicted, result.track.smoothed, result.track.innovation]
-    if result.selection is not None:
-        arrays.append(result.selection.gains)
-    for array in arrays:
-        array.setflags(write=False)
-    return result

@@ -20,9 +20,10 @@ from tracker_core import (
     run_experiment,
     run_filter,
 )
-from tracker_core.experiment import CACHED_SAMPLES, DEFAULTS, known_state, observe, read_experiment
+from tracker_core.experiment import DEFAULTS, read_experiment
 from tracker_core.fields import FIELDS
 from tracker_core.metrics import measure
+from tracker_core.run import CACHED_SAMPLES, known_state, observe
 
 GAIN_NAMES = ["alpha", "beta", "gamma", "eta"]
 

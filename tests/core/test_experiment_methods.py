@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from tracker_core import DESIGNS, SCENARIOS, Experiment, InputError, assess, run_experiment
 from tracker_core.adaptive import METHODS, PARAMETERS
-from tracker_core.experiment import BESIDE, known_state, observe
+from tracker_core.experiment import BESIDE
 from tracker_core.manoeuvre import MANOEUVRES, wander
 from tracker_core.noise import signal_to_noise, std_from_snr
+from tracker_core.run import known_state, observe
 
 NAMES = [name for name in METHODS if name not in DESIGNS]
 CASES = [pytest.param(name, order, id=f"{name}-{order}") for name in NAMES for order in METHODS[name].orders]

@@ -6,7 +6,7 @@ import pytest
 from tracker_core import SCENARIOS, Experiment, InputError, Measurements, Truth
 from tracker_core.__main__ import main
 from tracker_core.adaptive import METHODS
-from tracker_core.experiment import known_state, observe
+from tracker_core.run import known_state, observe
 
 # Fields of an experiment; the field that is refused, and what its rule says.
 ABSURD = {

@@ -103,7 +103,7 @@ def test_public_class_describes_its_fields(name, node):
     """Every annotated field, unless the docstring says which registry or table the names come from."""
     fields = [item.target.id for item in node.body if isinstance(item, ast.AnnAssign)]
     text = ast.get_docstring(node)
-    if name in {"tracker_core.metrics.Metrics", "tracker_core.experiment.Result"}:
+    if name in {"tracker_core.metrics.Metrics", "tracker_core.run.Result"}:
         return
     assert [field for field in fields if field not in text] == []
 

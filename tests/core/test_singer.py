@@ -9,9 +9,9 @@ from numpy.polynomial.legendre import leggauss
 from scipy.linalg import expm
 
 from tracker_core import SCENARIOS, Experiment, InputError, run_experiment
-from tracker_core.experiment import known_state
 from tracker_core.kernels import autoregress
 from tracker_core.noise import white
+from tracker_core.run import known_state
 from tracker_core.scenarios.singer import POSITION, RMS_ACCELERATION, TAU, VELOCITY, covariance, transition
 
 RATIOS = [5e-8, 1e-4, 1e-2, 0.3, 0.999, 1.0, 1.001, 3.0, 20.0, 200.0]

@@ -10,8 +10,8 @@ import pytest
 from scipy.optimize import minimize
 
 from tracker_core import SCENARIOS, Experiment, Gains, Measurements, run_experiment, run_filter
-from tracker_core.experiment import known_state
 from tracker_core.papers import papers
+from tracker_core.run import known_state
 
 INTERVALS = [0.2, 0.1, 0.05, 0.025, 0.0125]
 SIGMAS = [1, 10, 50]

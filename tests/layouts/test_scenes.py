@@ -457,8 +457,11 @@ def test_closing_ends_the_sessions(token):
         run(look())
 
 
-def test_closing_what_was_never_used_does_nothing():
-    Scenes().close()
+def test_closing_what_was_never_used_starts_nothing():
+    unused = Scenes()
+    unused.close()
+    assert unused._server is None
+    assert unused.stats().sessions == 0
 
 
 # What stays behind -------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from typing import TextIO
 import numpy as np
 
 from tracker_core.conventions import CONVENTIONS
-from tracker_core.experiment import Result
+from tracker_core.run import Result
 from tracker_core.types import GAIN_NAMES, STATE_NAMES, FloatArray, IntArray
 
 

@@ -5,10 +5,9 @@ number if it is constant; a NaN measurement is bridged by prediction. The state 
 the recursion begins at sample `begin`. Nothing is validated here.
 """
 
+from tracker_core.kernels.banks import bank_choice, bank_mixture
 from tracker_core.kernels.recursions import TRACK, autoregress, least_squares_start, step_response
 from tracker_core.kernels.selections import (
-    bank_choice,
-    bank_mixture,
     candidate_scores,
     sample_search,
     scheduled,

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from tracker_core.kernels.compiled import compiled
+from tracker_core.kernels.motion import powers_of
 from tracker_core.types import FloatArray, IntArray
 
 
@@ -156,141 +157,6 @@ def window_search(
 
 
 @compiled
-def bank_choice(
-    z: FloatArray, dt: FloatArray, members: FloatArray, state: FloatArray, begin: int, limit: float, decay: float,
-    predicted: FloatArray, smoothed: FloatArray, used: FloatArray, chosen: IntArray,
-) -> int:  # fmt: skip
-    """A bank of alpha-beta filters over one axis, of which one speaks at every sample: members (K, 2), state (2,).
-
-    With a decay in [0, 1) the prediction is that of the member with the least past innovation power, the smoothed
-    state that of the least one including the present innovation. With a negative decay the member whose prediction
-    lies nearest the measurement speaks: hindsight. Of equally good ones the first is taken.
-    """
-    n, count = z.shape[0], members.shape[0]
-    powers = np.zeros(count)
-    x, v = np.full(count, state[0]), np.full(count, state[1])
-    before = x.copy()
-    speaker = 0
-    for i in range(begin, n):
-        t = dt[i] if dt.shape[0] > 1 else dt[0]
-        observed = not np.isnan(z[i])
-        nearest = 0
-        least = np.inf
-        slow = v[speaker]
-        for k in range(count):
-            x[k] = x[k] + t * v[k]
-            before[k] = x[k]
-            if observed:
-                e = z[i] - x[k]
-                powers[k] = decay * powers[k] + e * e if decay >= 0 else e * e
-                if powers[k] < least:
-                    least = powers[k]
-                    nearest = k
-        if observed and decay < 0:
-            speaker = nearest
-            slow = v[speaker]
-        predicted[i, 0] = before[speaker]
-        predicted[i, 1] = slow
-        if observed:
-            for k in range(count):
-                e = z[i] - before[k]
-                x[k] = x[k] + members[k, 0] * e
-                v[k] = v[k] + members[k, 1] / t * e
-            speaker = nearest
-            used[i] = members[speaker]
-            chosen[i] = speaker
-        smoothed[i, 0] = x[speaker]
-        smoothed[i, 1] = v[speaker]
-        if not abs(x[speaker]) <= limit:
-            return i
-    return n
-
-
-@compiled
-def _powers_of(t: float, forward: FloatArray, back: FloatArray) -> None:
-    """forward[d] = t^d/d!, back[d] = 1/t^d."""
-    forward[0] = back[0] = 1.0
-    for d in range(1, forward.shape[0]):
-        forward[d] = forward[d - 1] * t / d
-        back[d] = back[d - 1] / t
-
-
-@compiled
-def bank_mixture(
-    z: FloatArray, dt: FloatArray, members: FloatArray, states: FloatArray, begins: IntArray, limit: float,
-    decay: float, predicted: FloatArray, smoothed: FloatArray, used: FloatArray, weights: FloatArray,
-) -> int:  # fmt: skip
-    """A bank of filters over all axes whose mean, weighted by past innovation power, is the track.
-
-    z (n, a), members (K, m), states (a, K, m), outputs (a, n, m), weights (n, K). The weight of a member is in
-    proportion to J^(-N/2): J its innovation power over a window that fades by `decay` per measured sample, all axes
-    added, and N the sum of that window's weights. Predictions are weighted by what was known before the measurement.
-    """
-    n, axes = z.shape
-    count, order = members.shape
-    powers = np.zeros(count)
-    share = np.full(count, 1.0 / count)
-    forward, back = np.zeros(order), np.zeros(order)
-    _powers_of(dt[0], forward, back)
-    effective = 0.0
-    for i in range(begins.min(), n):
-        if dt.shape[0] > 1:
-            _powers_of(dt[i], forward, back)
-        measured = False
-        for a in range(axes):
-            measured = measured or (i >= begins[a] and not np.isnan(z[i, a]))
-        if measured:
-            effective = decay * effective + 1.0
-            for k in range(count):
-                powers[k] = decay * powers[k]
-        for a in range(axes):
-            if i < begins[a]:
-                continue
-            for r in range(order):
-                predicted[a, i, r] = 0.0
-            observed = not np.isnan(z[i, a])
-            for k in range(count):
-                for r in range(order):
-                    total = states[a, k, r]
-                    for c in range(r + 1, order):
-                        total += forward[c - r] * states[a, k, c]
-                    # States are predicted in their order: each needs only those that come after it.
-                    states[a, k, r] = total
-                    predicted[a, i, r] += share[k] * total
-                if observed:
-                    e = z[i, a] - states[a, k, 0]
-                    powers[k] += e * e
-                    for r in range(order):
-                        states[a, k, r] += members[k, r] * back[r] * e
-        if measured:
-            least = max(powers.min(), 1e-300)
-            total = 0.0
-            for k in range(count):
-                share[k] = np.exp(-0.5 * effective * np.log(max(powers[k], 1e-300) / least))
-                total += share[k]
-            for k in range(count):
-                share[k] = share[k] / total
-        weights[i] = share
-        stopped = False
-        for a in range(axes):
-            if i < begins[a]:
-                continue
-            for r in range(order):
-                mean = 0.0
-                gain = 0.0
-                for k in range(count):
-                    mean += share[k] * states[a, k, r]
-                    gain += share[k] * members[k, r]
-                smoothed[a, i, r] = mean
-                if not np.isnan(z[i, a]):
-                    used[a, i, r] = gain
-            stopped = stopped or not abs(smoothed[a, i, 0]) <= limit
-        if stopped:
-            return i
-    return n
-
-
-@compiled
 def _vertex(x1: float, f1: float, x2: float, f2: float, x3: float, f3: float) -> float:
     """Where the parabola through three points is least; NaN where it has no least value."""
     slope1 = (f2 - f1) / (x2 - x1)
@@ -366,13 +232,13 @@ def candidate_scores(
     n, order = z.shape[0], state.shape[0]
     now = np.zeros_like(state)
     forward, back = np.zeros_like(state), np.zeros_like(state)
-    _powers_of(dt[0], forward, back)
+    powers_of(dt[0], forward, back)
     for k in range(candidates.shape[0]):
         now[:] = state
         total = 0.0
         for i in range(begin, n):
             if dt.shape[0] > 1:
-                _powers_of(dt[i], forward, back)
+                powers_of(dt[i], forward, back)
             for r in range(order):
                 for c in range(r + 1, order):
                     now[r] += forward[c - r] * now[c]
