@@ -1,0 +1,97 @@
+"""One number of a filter varied over many runs: how well it does at every value, for every seed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from tracker_core.checks import POSITIVE, InputError, check_choice
+from tracker_core.experiment import Experiment
+from tracker_core.filters import run_filter
+from tracker_core.metrics import METRICS, measure
+from tracker_core.run import known_state, observe
+from tracker_core.stability import is_stable
+from tracker_core.types import FloatArray
+
+
+def _same(_: Experiment, value: float) -> float:
+    return value
+
+
+def _process(experiment: Experiment, variance: float) -> float:
+    """Tracking index at a sensor variance of 1."""
+    return experiment.interval**2 * sqrt(POSITIVE.check("process_variance", variance))
+
+
+def _sensor(experiment: Experiment, variance: float) -> float:
+    """Tracking index at the process variance of the experiment, whose own index is that of a sensor variance of 1."""
+    return (experiment.tracking_index or 0.0) / sqrt(POSITIVE.check("sensor_variance", variance))
+
+
+SWEPT: dict[str, tuple[str, Callable[[Experiment, float], float]]] = {
+    "alpha": ("alpha", _same),
+    "gamma": ("gamma", _same),
+    "xi": ("xi", _same),
+    "process_variance": ("tracking_index", _process),
+    "sensor_variance": ("tracking_index", _sensor),
+}
+"""What can be varied: the field of the experiment that it sets, and how that follows from a value.
+
+The gains depend on the two variances through the tracking index T² √(σ_w²/σ_v²) alone.
+"""
+
+
+def sweep(
+    experiment: Experiment, parameter: str, values: Sequence[float], objective: str, seeds: Sequence[int]
+) -> FloatArray:
+    """A figure of merit at every value of a parameter, for every seed. Remembered.
+
+    Args:
+        experiment: one with constant gains; its design must have the field that the parameter sets.
+        parameter: a name in SWEPT. Variances are in units in which the other one of the experiment is fixed: the
+            sensor's at 1, the process's at (tracking_index/T²)².
+        values: of the parameter, each in the domain of the design.
+        objective: a name in METRICS.
+        seeds: of the noise, whole numbers >= 0.
+
+    Returns:
+        Shape (len(seeds), len(values)), in the unit of the objective, not to be written to. NaN where the run stopped
+        or the figure of merit is not defined.
+
+    Raises:
+        InputError: for an unknown parameter or objective, a design without that parameter, a value outside its domain.
+    """
+    check_choice("parameter", parameter, SWEPT)
+    check_choice("objective", objective, METRICS)
+    field = SWEPT[parameter][0]
+    if getattr(experiment, field) is None:
+        raise InputError("parameter", f"must be one of the design '{experiment.design}'", parameter)
+    return _sweep(experiment, parameter, tuple(values), objective, tuple(seeds))
+
+
+@lru_cache(maxsize=128)
+def _sweep(
+    experiment: Experiment, parameter: str, values: tuple[float, ...], objective: str, seeds: tuple[int, ...]
+) -> FloatArray:
+    field, follow = SWEPT[parameter]
+    settings: list[dict[str, Any]] = [{field: follow(experiment, value)} for value in values]
+    tried = [replace(experiment, **setting).gains() for setting in settings]
+    found = np.full((len(seeds), len(values)), np.nan)
+    for row, seed in enumerate(seeds):
+        seeded = replace(experiment, seed=seed)
+        truth, measurements, _ = observe(seeded)
+        before = known_state(seeded)
+        for column, gains in enumerate(tried):
+            track = run_filter(measurements, gains, start=experiment.start, initial_state=before)
+            if track.stopped_at is None:
+                # Only the lag asks whether the gains are stable.
+                steady = objective == "lag" and is_stable(gains)
+                merit = getattr(measure(track, measurements, truth, gains, stable=steady), objective)
+                found[row, column] = np.nan if merit is None else merit
+    found.setflags(write=False)
+    return found
