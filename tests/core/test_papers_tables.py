@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tracker_core import InputError
+from tracker_core import InputError, run_experiment
 from tracker_core.papers import papers
 from tracker_core.papers.document import EMPTY, half_unit, number
 from tracker_core.papers.recipes import DERIVED, SIMULATED
@@ -336,8 +336,8 @@ def as_run(gains):
 
 
 INDEX = 0.2846
-KALATA = (4 + INDEX - sqrt(8 * INDEX + INDEX**2)) / 4
-KALATA = (1 - KALATA**2, 2 * (1 - KALATA) ** 2)
+DAMPING = (4 + INDEX - sqrt(8 * INDEX + INDEX**2)) / 4
+KALATA = (1 - DAMPING**2, 2 * (1 - DAMPING) ** 2)
 GAINS = {
     "benedict-bordner": (0.86, 0.86**2 / 1.14),
     "gray-murray": as_run((*KALATA, KALATA[1] ** 2 / (2 * KALATA[0]))),
@@ -537,6 +537,50 @@ def test_yu_l2_is_no_rms_and_no_mean_square():
     assert float(norm["0.0125"] / greatest["0.0125"] ** 2) == pytest.approx(5.72, abs=5e-3)
 
 
+SEEDS = range(1, 21)
+
+
+@cache
+def yu_runs(run, **change):
+    return [run_experiment(replace(papers()["yu2017"].run(run).experiment, seed=seed, **change)) for seed in SEEDS]
+
+
+def test_yu_ties_decide():
+    """Order 4 at T = 0.2 s, the jerk as objective, beta < 4 - 2 alpha."""
+    first, last = (yu_runs("delta-0.2", objective="jerk", bound="triangle", ties=ties) for ties in ("first", "last"))
+    assert all(result.track.stopped_at is not None for result in first)
+    assert np.median([result.metrics.estimation_l2 for result in last]) == pytest.approx(2.0e-3, abs=5e-5)
+
+
+@pytest.mark.parametrize(
+    ("sigma", "gamma", "delta", "bank"), [(1, 0.95, 6.6, 0.73), (10, 0.89, 6.9, 0.59), (50, 0.89, 6.7, 0.49)]
+)
+def test_yu_oracles_against_the_raw_measurement(sigma, gamma, delta, bank):
+    """Medians of the RMSE over that of the measurement."""
+    runs = {name: yu_runs(f"{name}-sigma-{sigma}") for name in ("gamma", "delta")}
+    causal = runs["delta"][0].experiment.counterpart()
+    runs["bank"] = [run_experiment(replace(causal, seed=seed)) for seed in SEEDS]
+    for name, wanted in (("gamma", gamma), ("delta", delta), ("bank", bank)):
+        found = [result.metrics.estimation_rmse / result.metrics.observation_rmse for result in runs[name]]
+        assert np.median(found) == pytest.approx(wanted, abs=0.005 if wanted < 1 else 0.05)
+
+
+@pytest.mark.parametrize(("name", "wanted"), [("gamma", 1.7e-6), ("delta", 1.1e-5)])
+def test_yu_with_a_tenth_of_a_millimetre_of_noise(name, wanted):
+    """At T = 0.0125 s, without manoeuvre noise."""
+    change = {"noise": "white", "noise_level": "std", "noise_std": (1e-4,), "manoeuvre": "none", "manoeuvre_std": None}
+    experiment = replace(papers()["yu2017"].run(f"{name}-0.0125").experiment, **change)
+    found = [run_experiment(replace(experiment, seed=seed)).metrics.estimation_l2 for seed in range(1, 6)]
+    assert np.median(found) == pytest.approx(wanted, rel=0.04)
+
+
+def test_yu_noise_five_to_one():
+    positions = yu_runs("gamma-sigma-1")[0].truth.positions[:, 0]
+    power = np.mean(positions**2)
+    assert sqrt(power / 5) == pytest.approx(2_500, rel=0.02)
+    assert sqrt(power / 10**0.5) == pytest.approx(3_200, rel=0.02)
+
+
 def test_yu_larger_error_falls_by_less():
     gamma, delta = (printed("yu2017", "1", name)["0.025"] for name in ("gamma", "delta"))
     assert float(100 * (1 - delta / gamma)) == pytest.approx(82.8, abs=0.05)
@@ -614,6 +658,45 @@ def test_alwagih_percentages_that_are_cut_off():
 def test_alwagih_means_in_y(table, column, mean):
     errors = printed("alwagih", table, column)
     assert float(sum(errors[f"{k}-y"] for k in range(1, 6)) / 5) == pytest.approx(mean, abs=0.05)
+
+
+@cache
+def alwagih_errors(run):
+    """Tracking RMSE of both axes, a row per seed."""
+    experiment = papers()["alwagih"].run(run).experiment
+    results = [run_experiment(replace(experiment, seed=seed)) for seed in SEEDS]
+    return np.array([[metrics.tracking_rmse for metrics in result.axis_metrics()] for result in results])
+
+
+@pytest.mark.parametrize(
+    ("run", "medians"),
+    [
+        ("m5-white", (13.1, 14.3)),
+        ("m5-causal-white", (10.6, 14.8)),
+        ("m5-coloured", (13.9, 15.1)),
+        ("m5-causal-coloured", (15.6, 18.7)),
+    ],
+)
+def test_alwagih_bank_with_and_without_hindsight(run, medians):
+    assert np.median(alwagih_errors(run), axis=0) == pytest.approx(np.array(medians), abs=0.06)
+
+
+@pytest.mark.parametrize(
+    ("colour", "table", "printed_ratio", "ratio"), [("white", "1", 4.7, 3.9), ("coloured", "2", 3.4, 4.0)]
+)
+def test_alwagih_m1_against_m2_in_y(colour, table, printed_ratio, ratio):
+    first, second = ([printed("alwagih", table, name)[f"{k}-y"] for k in range(1, 6)] for name in ("m1", "m2"))
+    assert float(sum(first) / sum(second)) == pytest.approx(printed_ratio, abs=0.05)
+    found = alwagih_errors(f"m1-{colour}")[:, 1] / alwagih_errors(f"m2-{colour}")[:, 1]
+    assert np.median(found) == pytest.approx(ratio, abs=0.05)
+
+
+@pytest.mark.parametrize(("method", "mean", "median"), [("m3", 77.7, 74.7), ("m4", 9.1, 6.8), ("m5", 93.9, 95.1)])
+def test_alwagih_percentages_are_alike(method, mean, median):
+    exact = [float(COMPUTED["alwagih", "5", f"{k}-y"][method]) for k in range(1, 6)]
+    assert np.mean(exact) == pytest.approx(mean, abs=0.05)
+    base = alwagih_errors("m1-white")
+    assert np.median(100 * (1 - alwagih_errors(f"{method}-white") / base), axis=0)[1] == pytest.approx(median, abs=0.05)
 
 
 @pytest.mark.parametrize(("alpha", "beta"), [(1.5, 0.5), (1.2, 1.0), (1.9, 0.1)])

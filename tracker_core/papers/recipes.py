@@ -111,8 +111,8 @@ def _damping(cell: Cell) -> float:
     return sqrt(1 - float(alpha))
 
 
-def _root(cell: Cell) -> float:
-    """A standard deviation from a variance."""
+def _standard_deviation(cell: Cell) -> float:
+    """Of a printed variance."""
     return sqrt(cell.option("variance"))
 
 
@@ -192,7 +192,7 @@ DERIVED: dict[str, Derived] = {
     "fading-memory": _fading_memory,
     "tracking-index": _tracking_index,
     "damping": _damping,
-    "root": _root,
+    "standard-deviation": _standard_deviation,
     "target": _target,
     "state": _state,
     "next-prediction": _next_prediction,

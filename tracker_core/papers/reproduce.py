@@ -165,7 +165,7 @@ def _elsewhere(cell: Cell, runs: int) -> list[str]:
         return []
     found = [(variant["title"], _simulate(cell, runs, variant["change"])) for variant in cell.table.variants]
     return [
-        f"With {title}: {other.low:,.0f} to {other.high:,.0f}, which holds the printed number."
+        f"With {title}: {other.low:,.5g} to {other.high:,.5g}, which holds the printed number."
         for title, other in found
         if _holds(other, cell.printed)
     ]
