@@ -49,7 +49,7 @@ The gains depend on the two variances through the tracking index T² √(σ_w²/
 def sweep(
     experiment: Experiment, parameter: str, values: Sequence[float], objective: str, seeds: Sequence[int]
 ) -> FloatArray:
-    """A figure of merit at every value of a parameter, for every seed. Remembered.
+    """A figure of merit at every value of a parameter, for every seed. Runs are remembered, for other ones as well.
 
     Args:
         experiment: one with constant gains; its design must have the field that the parameter sets.
@@ -71,17 +71,18 @@ def sweep(
     field = SWEPT[parameter][0]
     if getattr(experiment, field) is None:
         raise InputError("parameter", f"must be one of the design '{experiment.design}'", parameter)
-    return _sweep(experiment, parameter, tuple(values), objective, tuple(seeds))
+    found = _measured(experiment, parameter, tuple(values), tuple(seeds))
+    return found[list(METRICS).index(objective)]
 
 
-@lru_cache(maxsize=128)
-def _sweep(
-    experiment: Experiment, parameter: str, values: tuple[float, ...], objective: str, seeds: tuple[int, ...]
-) -> FloatArray:
+@lru_cache(maxsize=64)
+def _measured(experiment: Experiment, parameter: str, values: tuple[float, ...], seeds: tuple[int, ...]) -> FloatArray:
+    """All figures of merit, shape (len(METRICS), len(seeds), len(values)): the runs are what takes the time."""
     field, follow = SWEPT[parameter]
     settings: list[dict[str, Any]] = [{field: follow(experiment, value)} for value in values]
     tried = [replace(experiment, **setting).gains() for setting in settings]
-    found = np.full((len(seeds), len(values)), np.nan)
+    steady = [is_stable(gains) for gains in tried]
+    found = np.full((len(METRICS), len(seeds), len(values)), np.nan)
     for row, seed in enumerate(seeds):
         seeded = replace(experiment, seed=seed)
         truth, measurements, _ = observe(seeded)
@@ -89,9 +90,8 @@ def _sweep(
         for column, gains in enumerate(tried):
             track = run_filter(measurements, gains, start=experiment.start, initial_state=before)
             if track.stopped_at is None:
-                # Only the lag asks whether the gains are stable.
-                steady = objective == "lag" and is_stable(gains)
-                merit = getattr(measure(track, measurements, truth, gains, stable=steady), objective)
-                found[row, column] = np.nan if merit is None else merit
+                metrics = measure(track, measurements, truth, gains, stable=steady[column])
+                merits = [getattr(metrics, name) for name in METRICS]
+                found[:, row, column] = [np.nan if merit is None else merit for merit in merits]
     found.setflags(write=False)
     return found

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from layouts.figures.common import Figure, packed, round_up
-from layouts.figures.papers.look import filter_line, frame, marks, path, titled, upright
+from layouts.figures.papers.look import filter_line, frame, log_axis, marks, path, titled, upright
 from layouts.text import significant
 from layouts.theme import line, tokens
 from tracker_core.experiment import Experiment
@@ -50,17 +50,21 @@ def search(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
         where = float(values[best])
         least.append(float(middle[best]))
         greatest.append(float(found[:, known].max()))
-        if len(seeds) > 1:
-            data.append(_band(values[known], found[:, known], f"{name}, all {len(seeds)} runs", role, theme))
-        title = f"{name}, median" if len(seeds) > 1 else name
-        data.append(path(title, values, middle, titles, line(role, theme) | {"width": 2, "dash": "solid"}))
+        data.append(_band(values[known], found[:, known], f"{name}, all runs", role, theme))
         data.append(
-            marks(f"Least at {symbol} = {significant(where, 3)}", [where], least[-1:], titles, theme)
+            path(
+                f"{name}, median (band: all {len(seeds)})",
+                values,
+                middle,
+                titles,
+                line(role, theme) | {"width": 2, "dash": "solid"},
+            )
         )
+        data.append(marks(f"Least at {symbol} = {significant(where, 3)}", [where], least[-1:], titles, theme))
         data[-1]["marker"] = data[-1]["marker"] | {"symbol": "diamond" if len(least) == 1 else "square"}
     if options["logarithmic"]:
         y_range = [0.8 * min(least), 1.25 * max(greatest)]
-        y_axis = titled(titles[1], type="log", range=[log10(value) for value in y_range], dtick=1)
+        y_axis = log_axis(titles[1], *y_range)
     else:
         y_range = [0.0, round_up(TOP * max(least))]
         y_axis = titled(titles[1], range=y_range)
@@ -70,7 +74,7 @@ def search(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     ends = [float(values[0]), float(values[-1])]
     x_axis = titled(titles[0], range=ends)
     if options["logarithmic"]:
-        x_axis = titled(titles[0], type="log", range=[log10(end) for end in ends], dtick=2, exponentformat="power")
+        x_axis = log_axis(titles[0], *ends)
     return {"data": data, "layout": frame(theme, xaxis=x_axis, yaxis=y_axis)}
 
 
@@ -91,6 +95,7 @@ def _band(values: FloatArray, found: FloatArray, name: str, role: str, theme: st
     """Between the least and the greatest of all runs."""
     return {
         "type": "scatter", "mode": "lines", "name": name, "fill": "toself", "hoverinfo": "skip", "opacity": 0.3,
+        "showlegend": False,
         "x": packed(np.concatenate((values, values[::-1]))),
         "y": packed(np.concatenate((found.max(axis=0), found.min(axis=0)[::-1]))),
         "fillcolor": tokens(theme)[role], "line": {"width": 0, "color": tokens(theme)[role]},
@@ -117,6 +122,7 @@ def precision(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     alphas, seeds = spread(options), range(1, options["seeds"] + 1)
     titles = ("α", "estimation RMSE / σ")
     data, best_points = [], []
+    low = high = 1.0
     for index, std in enumerate(options["stds"]):
         sensed = replace(
             base, noise="white", noise_std=(float(std),), samples=options["samples"], order=2,
@@ -124,14 +130,17 @@ def precision(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
         )  # fmt: skip
         error = np.median(sweep(sensed, "alpha", alphas.tolist(), "estimation_rmse", seeds), axis=0) / std
         best = int(np.argmin(error))
+        low, high = min(low, float(error.min())), max(high, float(error.max()))
         best_points.append((float(alphas[best]), float(error[best])))
-        name = f"σ = {std:,} m, least at α = {significant(best_points[-1][0], 2)}"
+        name = f"σ = {std} m, least at α = {best_points[-1][0]:.2f}"
         data.append(path(name, alphas, error, titles, filter_line(index, theme)))
-    data.append(marks("Least", *zip(*best_points, strict=True), titles, theme))
+    data.append(marks("Least", *zip(*best_points, strict=True), titles, theme) | {"showlegend": False})
     ends = np.array([float(alphas[0]), float(alphas[-1])])
     raw = {"color": tokens(theme)["observed"], "width": 1.5, "dash": "2px 2px"}
     data.append(path("Measurement", ends, np.ones(2), titles, raw))
     return {
         "data": data,
-        "layout": frame(theme, xaxis=titled(titles[0], range=ends.tolist()), yaxis=titled(titles[1], type="log")),
+        "layout": frame(
+            theme, xaxis=titled(titles[0], range=ends.tolist()), yaxis=log_axis(titles[1], 0.8 * low, 1.25 * high)
+        ),
     }
