@@ -51,9 +51,10 @@ def initialisation(paper: Paper, options: Mapping[str, Any], theme: str) -> Figu
             yaxis=titled(titles[1], range=[low - 0.2 * span, low + 1.25 * span]),
             annotations=[
                 {
-                    "x": float(times[sample]), "y": float(y), "text": text.replace("-", "−"), "ax": ax, "ay": ay, "xanchor": anchor,
-                    "align": anchor, "showarrow": True, "arrowhead": 0, "arrowwidth": 1, "arrowcolor": t["control"],
-                    "standoff": 6, "font": {"color": t["ink"], "size": 12},
+                    "x": float(times[sample]), "y": float(y), "text": text.replace("-", "−"),
+                    "ax": ax, "ay": ay, "xanchor": anchor, "align": anchor, "showarrow": True, "arrowhead": 0,
+                    "arrowwidth": 1, "arrowcolor": t["control"], "standoff": 6,
+                    "font": {"color": t["ink"], "size": 12},
                 }
                 for sample, text, y, ax, ay, anchor in notes
             ],

@@ -23,7 +23,7 @@ GAP = 0.07
 
 LOOKS = (
     ("curve-2", "solid"), ("curve-1", "8px 3px"), ("curve-3", "2px 2px"), ("curve-4", "6px 2px 2px 2px"),
-    ("counterpart", "12px 3px"),
+    ("accent", "12px 3px"),
 )  # fmt: skip
 """Colour and dash of filters that stand side by side."""
 
