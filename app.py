@@ -18,7 +18,7 @@ from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 
 from layouts import shell
-from layouts.pages import explore, stability, track
+from layouts.pages import explore, papers, stability, track
 from layouts.scenes import Scenes
 from tracker_core import Experiment, run_experiment
 from tracker_core.checks import Domain, InputError
@@ -26,7 +26,7 @@ from tracker_core.starts import STARTS
 from tracker_core.types import ORDERS
 
 ROOT = Path(__file__).parent
-PAGES = (explore, stability, track)
+PAGES = (explore, stability, track, papers)
 PORT = Domain(1, 65535, whole=True)
 
 READY = threading.Event()

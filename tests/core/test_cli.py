@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from tracker_core import CONVENTIONS, DESIGNS, METRICS, Experiment, Gains, assess, run_experiment
-from tracker_core.__main__ import main, run_summary
+from tracker_core.__main__ import main
+from tracker_core.commands.run import run_summary
 from tracker_core.exports import track_columns
 from tracker_core.fields import FIELDS
 from tracker_core.merits import merits
