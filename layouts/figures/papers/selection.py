@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from statistics import median
+from statistics import fmean, median
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,8 @@ from layouts.theme import hollow, tokens
 from tracker_core import Gains, InputError, Result, run_experiment
 from tracker_core.adaptive import Selection
 from tracker_core.filters import run_filter
-from tracker_core.papers import Paper
+from tracker_core.papers import Paper, Table
+from tracker_core.papers.document import number
 from tracker_core.types import FloatArray
 
 TIME = "time (s)"
@@ -130,6 +131,12 @@ def prediction_rmse(paper: Paper, run: str, seeds: int) -> FloatArray:
     return np.array([median(metrics.tracking_rmse or np.nan for metrics in axis) for axis in per_axis])
 
 
+def printed_means(table: Table, axis: int) -> list[float]:
+    """The mean of every column over the rows of an axis, as they are printed."""
+    rows_of_axis = [row for row in table.rows if row.options["axis"] == axis]
+    return [fmean(float(number(row.cells[column])) for row in rows_of_axis) for column in range(len(table.columns))]
+
+
 def rmse(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     """The RMSE of several methods, a row for each axis: as printed beside the median of our runs."""
     t = tokens(theme)
@@ -138,7 +145,7 @@ def rmse(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     data, axes = [], []
     for row, letter in enumerate(run_experiment(paper.run(options["runs"][0]).experiment).scenario.axes):
         title = f"RMSE of {letter} (m)"
-        printed = options["printed"][letter]
+        printed = printed_means(paper.table(options["table"]), row)
         pair = (
             ("Printed, mean of five", names[: len(printed)], printed, t["control"]),
             (f"Here, median of {options['seeds']} runs", names, found[row].tolist(), t["predicted"]),
