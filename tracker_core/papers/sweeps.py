@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from math import sqrt
+from typing import Any
 
 import numpy as np
 
@@ -50,7 +51,7 @@ OBJECTIVES = tuple(f"{kind}_{how}" for kind in KINDS for how in ("total", "rmse"
 def sweep(
     experiment: Experiment, parameter: str, values: Sequence[float], objective: str, seeds: Sequence[int]
 ) -> FloatArray:
-    """A figure of merit at every value of a parameter, for every seed. Remembered.
+    """A figure of merit at every value of a parameter, for every seed. Runs are remembered, for other ones as well.
 
     Args:
         experiment: one with constant gains; its design must have the field that the parameter sets.
@@ -72,23 +73,24 @@ def sweep(
     field = SWEPT[parameter][0]
     if getattr(experiment, field) is None:
         raise InputError("parameter", f"must be one of the design '{experiment.design}'", parameter)
-    return _sweep(experiment, parameter, tuple(values), objective, tuple(seeds))
+    found = _measured(experiment, parameter, tuple(values), tuple(seeds))
+    return found[OBJECTIVES.index(objective)]
 
 
-@lru_cache(maxsize=128)
-def _sweep(
-    experiment: Experiment, parameter: str, values: tuple[float, ...], objective: str, seeds: tuple[int, ...]
-) -> FloatArray:
+@lru_cache(maxsize=512)
+def _measured(experiment: Experiment, parameter: str, values: tuple[float, ...], seeds: tuple[int, ...]) -> FloatArray:
+    """All objectives, shape (len(OBJECTIVES), len(seeds), len(values)): the runs are what takes the time."""
     field, follow = SWEPT[parameter]
-    tried = [replace(experiment, **{field: follow(experiment, value)}).gains().to("normalised") for value in values]
-    vectors = np.array([gains.values for gains in tried])
-    kind, how = objective.split("_")
-    found = np.empty((len(seeds), len(values)))
+    settings: list[dict[str, Any]] = [{field: follow(experiment, value)} for value in values]
+    vectors = np.array([replace(experiment, **setting).gains().vector for setting in settings])
+    found = np.empty((len(OBJECTIVES), len(seeds), len(values)))
     for row, seed in enumerate(seeds):
         seeded = replace(experiment, seed=seed)
         truth, measurements, _ = observe(seeded)
         before = known_state(seeded)
         errors = batch_errors(measurements, truth, vectors, start=experiment.start, initial_state=before)
-        found[row] = getattr(errors[kind], how)
+        for index, objective in enumerate(OBJECTIVES):
+            kind, how = objective.split("_")
+            found[index, row] = getattr(errors[kind], how)
     found.setflags(write=False)
     return found
