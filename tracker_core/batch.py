@@ -84,8 +84,10 @@ def batch_errors(
 
 def _errors(sums: FloatArray) -> Errors:
     total, squares, greatest, count = sums.T
-    none = count == 0
+    defined = np.where(count == 0, np.nan, 1.0)
     return Errors(
-        *(np.where(none, np.nan, values) for values in (total, np.sqrt(squares / count), greatest)),
-        np.where(none, np.nan, np.sqrt(squares) / count),
+        total=total * defined,
+        rmse=np.sqrt(squares / count),
+        max=greatest * defined,
+        l2=np.sqrt(squares) / count * defined,
     )

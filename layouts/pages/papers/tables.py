@@ -73,17 +73,25 @@ def _recomputed(printed: str, outcome: Outcome | None) -> Component:
 def value_text(outcome: Outcome) -> str:
     """The recomputed number: as many digits as printed, or four where it is the median of runs."""
     if outcome.estimate is not None:
-        return _measured(outcome.value)
-    decimals = -int(half_unit(outcome.printed).as_tuple().exponent) - 1
+        return _measured(outcome.value, outcome.printed)
     if outcome.value == 0:
         return "0"
     if abs(float(number(outcome.printed))) < PLAIN:
         return _scientific(outcome.value)
-    return f"{outcome.value:,.{max(0, decimals)}f}".replace("-", "−")
+    return f"{outcome.value:,.{_decimals(outcome.printed)}f}".replace("-", "−")
 
 
-def _measured(value: float) -> str:
-    return _scientific(value) if 0 < abs(value) < PLAIN else significant(value)
+def _decimals(printed: str) -> int:
+    return max(0, -int(half_unit(printed).as_tuple().exponent) - 1)
+
+
+def _measured(value: float, printed: str) -> str:
+    """Four digits, but none that is not printed."""
+    if 0 < abs(value) < PLAIN:
+        return _scientific(value)
+    text = significant(value)
+    shorter = f"{value:,.{_decimals(printed)}f}".replace("-", "−")
+    return min(text, shorter, key=len) if _decimals(printed) else text
 
 
 def _scientific(value: float) -> str:
@@ -93,7 +101,9 @@ def _scientific(value: float) -> str:
 
 def _interval(outcome: Outcome) -> str:
     found = outcome.estimate
-    return "" if found is None else f"{_measured(found.low)} – {_measured(found.high)}"
+    if found is None:
+        return ""
+    return " – ".join(_measured(end, outcome.printed) for end in (found.low, found.high))
 
 
 def _difference(outcome: Outcome) -> str:

@@ -15,9 +15,6 @@ from tracker_core import InputError
 from tracker_core.checks import check_choice
 from tracker_core.papers import NAMES, SEEDS, VERDICTS, Erratum, Illustration, Paper, Run, Table, papers
 
-WIDE = 2
-"""A table of more columns takes the whole width."""
-
 RUNS = (("", "as many as usual"), ("20", "20"), ("100", "100"), ("300", "300"), ("1000", "1,000"))
 
 
@@ -166,7 +163,7 @@ def _table(paper: Paper, table: Table, seeds: int | None) -> Component:
             _links(paper, [row.run for row in table.rows if row.run]),
         ],
         id=part,
-        className=f"card paper-table{' wide' if len(table.columns) > WIDE else ''}",
+        className="card paper-table",
     )
 
 
