@@ -13,7 +13,7 @@
 
   function begin(data) {
     if (page) stop();
-    page = { ...data, parts: new Map(), asked: null, lost: 0, watch: null };
+    page = { ...data, parts: new Map(), asked: null, lost: 0, watch: null, looked: false };
     page.watch = new IntersectionObserver(look, { rootMargin: AHEAD });
     for (const element of root().querySelectorAll("[data-part]")) {
       page.parts.set(element.dataset.part, { near: false, shown: null, runs: 0, stopped: false });
@@ -32,6 +32,7 @@
 
   function look(entries) {
     for (const entry of entries) page.parts.get(entry.target.dataset.part).near = entry.isIntersecting;
+    page.looked = true;
     next();
   }
 
@@ -43,7 +44,7 @@
   const isDue = ([part, state]) => state.shown !== wanted(part) && !state.stopped;
 
   function next() {
-    if (!page || !root() || page.asked) return;
+    if (!page || !root() || !page.looked || page.asked) return;
     const due = [...page.parts].filter(isDue);
     const near = due.filter(([, state]) => state.near);
     if (!near.length) rest();

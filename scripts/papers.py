@@ -28,8 +28,8 @@ def page() -> str:
         *(f"- **{verdict}**: {sentence}" for verdict, sentence in VERDICTS.items()),
         "",
         "A number that depends on noise is the median of runs with the seeds 1, 2, ... Beside it stands the interval",
-        "in which another run falls with the probability of 90 % or a little more, whatever the distribution: of n runs",
-        "sorted, the next one lies between the k-th least and the k-th greatest with (n + 1 − 2k)/(n + 1).",
+        "in which another run falls with the probability of 90 % or a little more, whatever the distribution: of n",
+        "runs sorted, the next one lies between the k-th least and the k-th greatest with (n + 1 − 2k)/(n + 1).",
         "",
         *counts(),
     ]

@@ -156,6 +156,7 @@ def _holds(found: Estimate, printed: str) -> bool:
 
 def _simulate(cell: Cell, runs: int, change: dict[str, Any]) -> Estimate:
     recipe = SIMULATED[cell.recipe]
+    runs = min(runs, int(cell.option("seeds", runs)))
     return estimate(recipe(cell, change, seed) for seed in range(1, runs + 1))
 
 

@@ -35,7 +35,7 @@ def initialisation(paper: Paper, options: Mapping[str, Any], theme: str) -> Figu
     prediction |= {"mode": "markers", "marker": {"size": 11, "symbol": "x", "color": t["predicted"]}}
     slope = path("Smoothed velocity", times, ray, titles, line("predicted", theme))
     notes = [
-        (0, f"{letter}<sub>m</sub>(1) = {observed[0]:.1f} m", observed[0], 14, -22, "left"),
+        (0, f"{letter}<sub>m</sub>(1) = {observed[0]:.1f} m", observed[0], 26, 15, "left"),
         (1, f"{letter}<sub>m</sub>(2) = {observed[1]:.1f} m<br>v<sub>s</sub>(2) = {velocity:.1f} m/s", observed[1], -14,
          -34, "right"),
         (2, f"{letter}<sub>p</sub>(3) = {predicted:.1f} m", predicted, -16, -16, "right"),
@@ -48,12 +48,13 @@ def initialisation(paper: Paper, options: Mapping[str, Any], theme: str) -> Figu
         "layout": frame(
             theme,
             xaxis=titled(TIME, range=[begin - 0.12 * step, begin + 2.12 * step], dtick=step),
-            yaxis=titled(titles[1], range=[low - 0.12 * span, low + 1.25 * span]),
+            yaxis=titled(titles[1], range=[low - 0.2 * span, low + 1.25 * span]),
             annotations=[
                 {
-                    "x": float(times[sample]), "y": float(y), "text": text, "ax": ax, "ay": ay, "xanchor": anchor,
-                    "align": anchor, "showarrow": True, "arrowhead": 0, "arrowwidth": 1, "arrowcolor": t["control"],
-                    "standoff": 6, "font": {"color": t["ink"], "size": 12},
+                    "x": float(times[sample]), "y": float(y), "text": text.replace("-", "−"),
+                    "ax": ax, "ay": ay, "xanchor": anchor, "align": anchor, "showarrow": True, "arrowhead": 0,
+                    "arrowwidth": 1, "arrowcolor": t["control"], "standoff": 6,
+                    "font": {"color": t["ink"], "size": 12},
                 }
                 for sample, text, y, ax, ay, anchor in notes
             ],
@@ -78,15 +79,15 @@ def triangle(_: Paper, __: Mapping[str, Any], theme: str) -> Figure:
     critical = path("Critically damped", alpha, beta, ("α", "β"), {"color": t["ink"], "width": 2})
     edge = path("Edge of stability", np.array([0.0, 0, 2, 0]), np.array([0.0, 4, 0, 0]), ("α", "β"),
                 {"color": t["region-line"], "width": 1.5})  # fmt: skip
-    bound = path("α = 1, where eq. 21 ends", np.array([1.0, 1]), np.array([0.0, 2]), ("α", "β"),
+    bound = path("α = 1 (eq. 21)", np.array([1.0, 1]), np.array([0.0, 2]), ("α", "β"),
                  {"color": t["bad"], "width": 2, "dash": "6px 3px"})  # fmt: skip
     return {
         "data": [
-            _area("Underdamped: complex poles", (alpha, beta), t["smoothed"]),
-            _area("Overdamped: both poles real and positive", calm, t["observed"]),
-            _area("Both real and negative", swinging, t["curve-2"]),
-            _area("One positive, one negative", beyond, t["predicted"]),
-            edge, critical, bound,
+            _area("Underdamped", (alpha, beta), t["smoothed"]),
+            _area("Overdamped", calm, t["observed"]),
+            _area("Both poles negative", swinging, t["curve-2"]),
+            _area("One pole negative", beyond, t["predicted"]),
+            edge | {"showlegend": False}, critical, bound,
         ],
         "layout": frame(
             theme, height=420, xaxis=titled("α", range=[-0.08, 2.08]), yaxis=titled("β", range=[-0.16, 4.16])

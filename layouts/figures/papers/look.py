@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from math import ceil, floor, log10
 from typing import Any
 
 from layouts.figures.common import NAMES, Figure, packed, thinned, trace
@@ -22,9 +23,12 @@ GAP = 0.07
 
 LOOKS = (
     ("curve-2", "solid"), ("curve-1", "8px 3px"), ("curve-3", "2px 2px"), ("curve-4", "6px 2px 2px 2px"),
-    ("counterpart", "12px 3px"),
+    ("accent", "12px 3px"),
 )  # fmt: skip
 """Colour and dash of filters that stand side by side."""
+
+FEW = 30
+"""Of so few samples every one is marked."""
 
 UNITS = ("m", "m/s", "m/s²", "m/s³")
 
@@ -58,7 +62,9 @@ def four(kind: str, x: FloatArray, y: FloatArray, titles: tuple[str, str], theme
     if kind == "observed":
         some = thinned(len(x))
         x, y = x[some], y[some]
-        more = {"marker": hollow(theme, 4 if len(x) > 60 else 7)} | more
+        more = {"marker": hollow(theme, 4 if len(x) > FEW else 7)} | more
+    elif len(x) <= FEW:
+        more = {"mode": "lines+markers", "marker": {"size": 5, "color": tokens(theme)[kind]}} | more
     return trace(kind, x, y, theme, hovertemplate=hover(NAMES[kind], *titles), **more)
 
 
@@ -120,6 +126,36 @@ def frame(theme: str, **more: Any) -> dict[str, Any]:
             | more
         ),
     )
+
+
+def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
+    """A logarithmic axis from `low` to `high` with ticks that can be read: 1, 2, 5, or decades where there are many."""
+    decades = log10(high / low)
+    steps = (1, 2, 5) if decades < 2.5 else (1,)
+    every = 2 if decades > 6 else 1
+    powers = [power for power in range(floor(log10(low)), ceil(log10(high)) + 1) if power % every == 0]
+    values = [step * 10.0**power for power in powers for step in steps]
+    values = [value for value in values if low * (1 - 1e-9) <= value <= high * (1 + 1e-9)]
+    return titled(
+        title,
+        type="log",
+        range=[log10(low), log10(high)],
+        tickvals=values,
+        ticktext=[_tick(value) for value in values],
+    )
+
+
+def _tick(value: float) -> str:
+    """1, 2 or 5 times a power of ten, short."""
+    power = floor(log10(value) + 1e-9)
+    if not -4 < power < 9:
+        return f"{value / 10.0**power:.0f} × 10{str(power).translate(_RAISED)}".removeprefix("1 × ")
+    if power < 3:
+        return f"{value:.{max(0, -power)}f}"
+    return f"{value / 1e3:.0f}k" if power < 6 else f"{value / 1e6:.0f}M"
+
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def titled(title: str, **more: Any) -> dict[str, Any]:

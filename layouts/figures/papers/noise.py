@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from layouts.figures.common import Figure, packed
+from layouts.figures.common import Figure, packed, round_up
 from layouts.figures.papers.look import frame, hover, titled
 from layouts.theme import hollow, line, tokens
 from tracker_core import run_experiment
@@ -31,6 +31,9 @@ def noise(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     width = std / BINS_PER_STD
     along = np.linspace(-reach, reach, 161) * std
     normal = len(errors) * width * np.exp(-((along / std) ** 2) / 2) / (std * np.sqrt(2 * np.pi))
+    top = float(max(counts.max(), normal.max()))
+    # Without the zero, which would stand in the last number of the other axis.
+    tick = round_up(top / 3)
     y_title, count_title = f"error of {result.scenario.axes[axis]} (m)", "number"
     t = tokens(theme)
     return {
@@ -54,8 +57,8 @@ def noise(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
         "layout": frame(
             theme,
             bargap=0,
-            xaxis=titled("sample", domain=[0, 0.7], range=[0, len(errors) + 1]),
-            xaxis2=titled(count_title, domain=[0.74, 1], rangemode="tozero", nticks=4),
+            xaxis=titled("sample", domain=[0, 0.71], range=[0, len(errors) + 1]),
+            xaxis2=titled(count_title, domain=[0.76, 1], range=[0, 1.08 * top], tickvals=[tick, 2 * tick]),
             yaxis=titled(y_title, range=[-reach * std, reach * std]),
         ),
     }  # fmt: skip

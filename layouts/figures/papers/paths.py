@@ -47,7 +47,7 @@ def tracks(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
         "truth": result.truth.positions, "observed": result.measurements.positions,
         "predicted": result.track.predicted[:, :, 0], "smoothed": result.track.smoothed[:, :, 0],
     }  # fmt: skip
-    data = [four(kind, *series[kind].T, PLANE, theme) for kind in SERIES]
+    data = [four(kind, series[kind][:, 0], series[kind][:, 1], PLANE, theme) for kind in SERIES]
     times, width = result.truth.times, window(len(result.truth.times))
     raw = float(np.sqrt(np.mean(distances(series["observed"] - series["truth"]) ** 2)))
     level = packed(np.array([raw, raw])), packed(times[[0, -1]])
@@ -78,8 +78,8 @@ def paths(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
         result = run_experiment(paper.run(name).experiment)
         true, smoothed = result.truth.positions, result.track.smoothed[:, :, 0]
         data += [
-            path(f"True, {title}", *true.T, PLANE, _own_truth(index, theme)),
-            path(title, *smoothed.T, PLANE, filter_line(index, theme)),
+            path(f"True, {title}", true[:, 0], true[:, 1], PLANE, _own_truth(index, theme)),
+            path(title, smoothed[:, 0], smoothed[:, 1], PLANE, filter_line(index, theme)),
         ]
         error = distances(smoothed - true)
         errors.append(path(title, result.truth.times, error, OVER_TIME, filter_line(index, theme, 1.25)) | _below)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from layouts.figures.common import Figure, packed, round_up
-from layouts.figures.papers.look import filter_line, frame, marks, path, titled, upright
+from layouts.figures.papers.look import filter_line, frame, log_axis, marks, path, titled, upright
 from layouts.text import significant
-from layouts.theme import line, tokens
+from layouts.theme import tokens
 from tracker_core.experiment import Experiment
 from tracker_core.metrics import METRICS
 from tracker_core.papers import Paper
@@ -27,6 +27,9 @@ SYMBOLS = {
 ROLES = {"tracking": "predicted", "estimation": "smoothed", "innovation": "counterpart"}
 """Whose colour an objective has, by the first word of its name."""
 
+PLACES = ("diamond", "square")
+"""What marks the least of the first and of the second objective."""
+
 TOP = 3.5
 """A linear axis ends at so many times the least error: where the filter diverges there is no end to it."""
 
@@ -36,48 +39,38 @@ def search(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     experiment, parameter = paper.run(options["run"]).experiment, options["parameter"]
     values, seeds = spread(options), range(1, options["seeds"] + 1)
     symbol, unit = SYMBOLS[parameter]
-    names = {name: METRICS[name].title.split(",")[0] for name in options["objectives"]}
-    several = len(names) > 1
-    titles = (f"{symbol} ({unit})" if unit else symbol, f"{'error' if several else _small(names, options)} (m)")
+    titles = (f"{symbol} ({unit})" if unit else symbol, "total error (m)")
+    if options["objectives"] == ["innovation_total"]:
+        titles = (titles[0], "total innovation (m)")
     data: list[dict[str, Any]] = []
-    least, greatest = [], []
-    for objective, name in names.items():
-        role = ROLES[objective.split("_")[0]]
+    leasts, greatest = [], 0.0
+    for objective, place in zip(options["objectives"], PLACES, strict=False):
+        name, look = METRICS[objective].title.split(",")[0], ROLES[objective.split("_")[0]]
         found = sweep(experiment, parameter, values.tolist(), objective, seeds)
         middle = np.median(found, axis=0)
         known = np.isfinite(middle)
         best = int(np.nanargmin(middle))
-        where = float(values[best])
-        least.append(float(middle[best]))
-        greatest.append(float(found[:, known].max()))
-        if len(seeds) > 1:
-            data.append(_band(values[known], found[:, known], f"{name}, all {len(seeds)} runs", role, theme))
-        title = f"{name}, median" if len(seeds) > 1 else name
-        data.append(path(title, values, middle, titles, line(role, theme) | {"width": 2, "dash": "solid"}))
-        data.append(
-            marks(f"Least at {symbol} = {significant(where, 3)}", [where], least[-1:], titles, theme)
-        )
-        data[-1]["marker"] = data[-1]["marker"] | {"symbol": "diamond" if len(least) == 1 else "square"}
+        where, least = float(values[best]), float(middle[best])
+        leasts.append(least)
+        greatest = max(greatest, float(found[:, known].max()))
+        solid = {"width": 2, "color": tokens(theme)[look]}
+        mark = marks(f"Least at {symbol} = {significant(where, 3)}", [where], [least], titles, theme)
+        data += [
+            _band(values[known], found[:, known], f"{name}, all runs", look, theme),
+            path(f"{name}, median and band", values, middle, titles, solid),
+            mark | {"marker": mark["marker"] | {"symbol": place}},
+        ]
+    ends = float(values[0]), float(values[-1])
     if options["logarithmic"]:
-        y_range = [0.8 * min(least), 1.25 * max(greatest)]
-        y_axis = titled(titles[1], type="log", range=[log10(value) for value in y_range], dtick=1)
+        low, high = 0.8 * min(leasts), 1.25 * greatest
+        x_axis, y_axis = log_axis(titles[0], *ends), log_axis(titles[1], low, high)
     else:
-        y_range = [0.0, round_up(TOP * max(least))]
-        y_axis = titled(titles[1], range=y_range)
+        low, high = 0.0, round_up(TOP * max(leasts))
+        x_axis, y_axis = titled(titles[0], range=list(ends)), titled(titles[1], range=[low, high])
     if options.get("unstable"):
-        data.append(_unstable(experiment, parameter, float(values[-1]), y_range[1], theme))
-    data.append(upright(f"Printed: {options['printed']:g}", options["printed"], y_range[0], y_range[1], theme))
-    ends = [float(values[0]), float(values[-1])]
-    x_axis = titled(titles[0], range=ends)
-    if options["logarithmic"]:
-        x_axis = titled(titles[0], type="log", range=[log10(end) for end in ends], dtick=2, exponentformat="power")
+        data.append(_unstable(experiment, parameter, ends[1], high, theme))
+    data.append(upright(f"Printed: {options['printed']:g}", options["printed"], low, high, theme))
     return {"data": data, "layout": frame(theme, xaxis=x_axis, yaxis=y_axis)}
-
-
-def _small(names: Mapping[str, str], options: Mapping[str, Any]) -> str:
-    """The name of the only objective within a title."""
-    name = names[options["objectives"][0]]
-    return f"total {name[0].lower()}{name[1:]}" if options["objectives"][0].endswith("total") else name
 
 
 def spread(options: Mapping[str, Any]) -> FloatArray:
@@ -91,6 +84,7 @@ def _band(values: FloatArray, found: FloatArray, name: str, role: str, theme: st
     """Between the least and the greatest of all runs."""
     return {
         "type": "scatter", "mode": "lines", "name": name, "fill": "toself", "hoverinfo": "skip", "opacity": 0.3,
+        "showlegend": False,
         "x": packed(np.concatenate((values, values[::-1]))),
         "y": packed(np.concatenate((found.max(axis=0), found.min(axis=0)[::-1]))),
         "fillcolor": tokens(theme)[role], "line": {"width": 0, "color": tokens(theme)[role]},
@@ -116,7 +110,9 @@ def precision(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     base = paper.run(options["run"]).experiment
     alphas, seeds = spread(options), range(1, options["seeds"] + 1)
     titles = ("α", "estimation RMSE / σ")
-    data, best_points = [], []
+    data: list[dict[str, Any]] = []
+    bests: list[tuple[float, float]] = []
+    low = high = 1.0
     for index, std in enumerate(options["stds"]):
         sensed = replace(
             base, noise="white", noise_std=(float(std),), samples=options["samples"], order=2,
@@ -124,14 +120,19 @@ def precision(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
         )  # fmt: skip
         error = np.median(sweep(sensed, "alpha", alphas.tolist(), "estimation_rmse", seeds), axis=0) / std
         best = int(np.argmin(error))
-        best_points.append((float(alphas[best]), float(error[best])))
-        name = f"σ = {std:,} m, least at α = {significant(best_points[-1][0], 2)}"
+        low, high = min(low, float(error.min())), max(high, float(error.max()))
+        bests.append((float(alphas[best]), float(error[best])))
+        name = f"σ = {std} m, least at α = {bests[-1][0]:.2f}"
         data.append(path(name, alphas, error, titles, filter_line(index, theme)))
-    data.append(marks("Least", *zip(*best_points, strict=True), titles, theme))
+    data.append(marks("Least", [x for x, _ in bests], [y for _, y in bests], titles, theme) | {"showlegend": False})
     ends = np.array([float(alphas[0]), float(alphas[-1])])
     raw = {"color": tokens(theme)["observed"], "width": 1.5, "dash": "2px 2px"}
     data.append(path("Measurement", ends, np.ones(2), titles, raw))
     return {
         "data": data,
-        "layout": frame(theme, xaxis=titled(titles[0], range=ends.tolist()), yaxis=titled(titles[1], type="log")),
+        "layout": frame(
+            theme,
+            xaxis=titled(titles[0], range=[0, 1.02 * float(ends[1])]),
+            yaxis=log_axis(titles[1], 0.8 * low, 1.25 * high),
+        ),
     }

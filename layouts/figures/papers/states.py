@@ -10,7 +10,7 @@ import numpy as np
 
 from layouts.figures.common import Figure
 from layouts.figures.error import running_rms, window
-from layouts.figures.papers.look import UNITS, filter_line, four, in_row, path, rows, titled
+from layouts.figures.papers.look import UNITS, filter_line, four, in_row, log_axis, path, rows, titled
 from layouts.theme import line
 from tracker_core import run_experiment
 from tracker_core.metrics import distances
@@ -18,6 +18,8 @@ from tracker_core.papers import Paper
 from tracker_core.types import STATE_NAMES, FloatArray
 
 TIME = "time (s)"
+LEAST_LAG = 3.0
+"""A lag below that is not drawn, m."""
 
 
 def states(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
@@ -90,7 +92,7 @@ def lags(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     """How far Benedict-Bordner filters of several alpha trail the target where nothing is measured wrongly."""
     experiment = paper.run(options["run"]).experiment
     titles = ("smoothed: lag (m)", "predicted: lag (m)")
-    data = []
+    data, greatest = [], 0.0
     for index, alpha in enumerate(options["alphas"]):
         tried = replace(
             experiment, noise="none", samples=options["samples"], order=2, design="benedict-bordner", alpha=alpha,
@@ -99,9 +101,11 @@ def lags(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
         result = run_experiment(tried)
         true = result.truth.positions[:, 0]
         for row, track in enumerate((result.track.smoothed, result.track.predicted)):
-            drawn = path(
-                f"α = {alpha:g}", result.truth.times, true - track[:, 0, 0], (TIME, titles[row]),
-                filter_line(index, theme),
-            )  # fmt: skip
+            lag = true - track[:, 0, 0]
+            greatest = max(greatest, float(lag.max()))
+            # Before the aircraft accelerates nothing lags, which has no logarithm.
+            seen = np.where(lag > LEAST_LAG, lag, np.nan)
+            drawn = path(f"α = {alpha:g}", result.truth.times, seen, (TIME, titles[row]), filter_line(index, theme))
             data += in_row(row, [drawn], listed=row == 0)
-    return rows(theme, data, titled(TIME), [titled(title, rangemode="tozero") for title in titles])
+    axes = [log_axis(title, LEAST_LAG, 1.5 * greatest) for title in titles]
+    return rows(theme, data, titled(TIME), axes)

@@ -15,7 +15,7 @@ from tracker_core import InputError
 from tracker_core.checks import check_choice
 from tracker_core.papers import NAMES, SEEDS, VERDICTS, Erratum, Illustration, Paper, Run, Table, papers
 
-WIDE = 3
+WIDE = 2
 """A table of more columns takes the whole width."""
 
 RUNS = (("", "as many as usual"), ("20", "20"), ("100", "100"), ("300", "300"), ("1000", "1,000"))
