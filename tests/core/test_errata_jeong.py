@@ -135,8 +135,8 @@ def filter_poles(gains):
 
 def test_jeong_zero_gamma_is_double_precision():
     alpha = 0.86
-    beta = alpha**2 / (2 - alpha)
-    assert 2 * (2 * beta / alpha - alpha - beta) == -(2.0**-51)
+    beta = alpha / (2 - alpha) * alpha
+    assert (4 / alpha) * beta - 2 * (alpha + beta) == 2.0**-51
     assert f"{2.0**-51:.4e}" == "4.4409e-16"
 
 
