@@ -95,7 +95,7 @@ def _current(other: Paper, paper: Paper) -> dict[str, str]:
 
 
 def _anchors(anchors: Sequence[tuple[str, str, str]]) -> list[Component]:
-    return [html.Li(html.A(name, href=f"#{part}", title=title)) for part, name, title in anchors]
+    return [html.Li(html.A(name.replace("-", " "), href=f"#{part}", title=title)) for part, name, title in anchors]
 
 
 def _intro(paper: Paper, seeds: int | None, notes: list[str]) -> Component:
@@ -140,7 +140,7 @@ def _head(part: str, title: str, tools: Sequence[Component] = ()) -> Component:
 
 
 def _table(paper: Paper, table: Table, seeds: int | None) -> Component:
-    part, name = f"table-{table.name}", _name("Table", table.name)
+    part, heading = f"table-{table.name}", _heading("Table", table.name, table.title)
     asked = f"?seeds={seeds}" if seeds else ""
     tools = [
         html.Span(className="progress hint"),
@@ -149,7 +149,7 @@ def _table(paper: Paper, table: Table, seeds: int | None) -> Component:
     ]
     return html.Section(
         [
-            _head(part, f"{name}. {table.title}", tools),
+            _head(part, heading, tools),
             html.P(table.note, className="hint"),
             html.Div(
                 table_view(table, None),
@@ -157,20 +157,28 @@ def _table(paper: Paper, table: Table, seeds: int | None) -> Component:
                 className="table-frame",
                 tabIndex=0,
                 role="region",
-                **{"data-part": part, "aria-label": f"{name}, printed and recomputed"},
+                **{"data-part": part, "aria-label": f"{heading}, printed and recomputed"},
             ),
             html.P(f"Not printed: {table.left_out}", className="hint") if table.left_out else None,
-            _links(paper, [row.run for row in table.rows if row.run]),
+            _links(paper, _run_names(table)),
         ],
         id=part,
         className="card paper-table",
     )
 
 
-def _name(kind: str, name: str) -> str:
-    """Table 5, In the text, Constant velocity."""
-    words = "in the text" if name == "text" else name.replace("-", " ")
-    return f"{kind} {name}" if name[0].isdigit() else words[0].upper() + words[1:]
+def _heading(kind: str, name: str, title: str) -> str:
+    """What the document counts is named by its number, what it does not count by its title alone."""
+    return f"{kind} {name}. {title}" if name[0].isdigit() else title
+
+
+def _run_names(table: Table) -> list[str]:
+    """The runs that a table reports, by its rows or by its columns."""
+    rows = [row.run for row in table.rows]
+    columns = [
+        str(column.options.get("run", "")).format(row=row.name) for row in table.rows for column in table.columns
+    ]
+    return [name for name in rows + columns if name]
 
 
 def place(part: str) -> dict[str, str]:
@@ -179,10 +187,10 @@ def place(part: str) -> dict[str, str]:
 
 
 def _figure(paper: Paper, figure: Illustration) -> Component:
-    part, name = f"figure-{figure.name}", _name("Figure", figure.name)
+    part, heading = f"figure-{figure.name}", _heading("Figure", figure.name, figure.title)
     return html.Section(
         [
-            _head(part, f"{name}. {figure.title}"),
+            _head(part, heading),
             html.Div(
                 id=place(part),
                 role="figure",

@@ -1,0 +1,251 @@
+"""The Papers page: everything that is printed is on it, and what it answers is what the core recomputes."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from urllib.parse import parse_qsl, urlsplit
+
+import pytest
+from dash import dcc, html
+from dash.development.base_component import Component
+
+from layouts.pages.papers.answers import COLUMNS, answer, table_csv
+from layouts.pages.papers.tables import KEYS, MARKS, table_view, value_text
+from layouts.pages.papers.view import explore_link, layout, read
+from layouts.state import from_query
+from layouts.theme import THEMES
+from tracker_core import InputError
+from tracker_core.papers import NAMES, VERDICTS, Outcome, papers, reproduce
+from tracker_core.papers.document import EMPTY
+from tracker_core.papers.recipes import cells
+from tracker_core.papers.reproduce import Estimate
+
+EVERY_PAPER = pytest.mark.parametrize("name", NAMES)
+RUNS = [(paper.name, run.name) for paper in papers().values() for run in paper.runs]
+
+
+def parts_of(component, kind=Component):
+    """Every component inside another, itself included."""
+    found = [component] if isinstance(component, kind) else []
+    for child in component._traverse():
+        if isinstance(child, kind):
+            found.append(child)
+    return found
+
+
+def text_of(component):
+    """The text that stands in a component, without what only a reader of the screen is told."""
+    if isinstance(component, str):
+        return component
+    if isinstance(component, list | tuple):
+        return "".join(map(text_of, component))
+    if not isinstance(component, Component) or getattr(component, "className", "") == "visually-hidden":
+        return ""
+    return text_of(getattr(component, "children", None) or "")
+
+
+def asked(paper, part, **more):
+    return answer({"seq": 7, "paper": paper, "part": part, "theme": "light", **more})
+
+
+# What stands on the page -------------------------------------------------------------------------------------------
+
+
+@EVERY_PAPER
+def test_every_table_figure_and_erratum_has_its_place_and_a_way_to_it(name):
+    paper, page = papers()[name], layout(paper=name)
+    wanted = [
+        *(f"table-{table.name}" for table in paper.tables),
+        *(f"figure-{figure.name}" for figure in paper.figures),
+        *(f"erratum-{erratum.number}" for erratum in paper.errata),
+    ]
+    assert [part.id["part"] for part in parts_of(page) if isinstance(getattr(part, "id", None), dict)] == wanted
+    assert {part.id for part in parts_of(page) if isinstance(getattr(part, "id", None), str)} >= set(wanted)
+    anchors = {link.href for link in parts_of(page, html.A)}
+    assert anchors >= {f"#{part}" for part in wanted}
+    text = text_of(page)
+    for erratum in paper.errata:
+        assert all(said in text for said in (erratum.title, erratum.claim, erratum.evidence, erratum.consequence))
+    assert paper.citation in text
+
+
+@EVERY_PAPER
+def test_every_printed_cell_is_there_before_anything_is_computed(name):
+    for table in papers()[name].tables:
+        rows = parts_of(table_view(table, None), html.Tr)[2:]
+        printed = [[text_of(cell) for cell in parts_of(row, html.Td)[::2]] for row in rows]
+        assert printed == [list(row.cells) for row in table.rows]
+
+
+@EVERY_PAPER
+def test_every_recomputed_cell_has_a_mark_that_is_spelled_out(name):
+    paper = papers()[name]
+    for table in paper.tables:
+        outcomes = reproduce(paper, table, 2)
+        view = table_view(table, outcomes)
+        marks = [part for part in parts_of(view) if getattr(part, "className", "") == "verdict"]
+        assert len(marks) == len(outcomes) == len(cells(paper, table))
+        for mark, outcome in zip(marks, outcomes, strict=True):
+            sign, words = mark.children
+            assert getattr(mark, "data-verdict") == KEYS[outcome.verdict]
+            assert sign.children.startswith(MARKS[outcome.verdict])
+            assert words.children == outcome.said
+            assert (outcome.erratum is None) or mark.href == f"#erratum-{outcome.erratum}"
+
+
+def test_marks_differ_without_colour():
+    assert len(set(MARKS.values())) == len(MARKS) == len(VERDICTS)
+    assert list(MARKS) == list(KEYS) == list(VERDICTS)
+
+
+@pytest.mark.parametrize(("paper", "run"), RUNS, ids=["-".join(ids) for ids in RUNS])
+def test_open_in_explore_opens_that_run(paper, run):
+    found = papers()[paper].run(run)
+    link = explore_link(found)
+    settings, notes = from_query(dict(parse_qsl(urlsplit(link).query)))
+    assert notes == []
+    assert settings.experiment == found.experiment
+    links = {link.href for link in parts_of(layout(paper=paper), dcc.Link)}
+    assert link in links
+
+
+@pytest.mark.parametrize(
+    ("query", "paper", "seeds", "said"),
+    [
+        ({}, "jeong2017", None, []),
+        ({"paper": "yu2017", "seeds": "50"}, "yu2017", 50, []),
+        ({"paper": "nobody"}, "jeong2017", None, ["paper must be one of"]),
+        ({"paper": "garg2021", "seeds": "0"}, "garg2021", None, ["seeds must be a whole number"]),
+        ({"seeds": "1e7"}, "jeong2017", None, ["seeds must be a whole number"]),
+        ({"order": "3"}, "jeong2017", None, []),
+    ],
+)
+def test_links_are_read_and_what_is_wrong_is_said(query, paper, seeds, said):
+    found, runs, notes = read(query)
+    assert (found.name, runs) == (paper, seeds)
+    assert len(notes) == len(said)
+    assert all(note.startswith(start) for note, start in zip(notes, said, strict=True))
+    assert all(note in text_of(layout(**query)) for note in notes)
+
+
+# Numbers -----------------------------------------------------------------------------------------------------------
+
+
+def outcome(printed, value, estimate=None):
+    return Outcome("row", "column", printed, value, estimate, None, "exact", None, "")
+
+
+@pytest.mark.parametrize(
+    ("printed", "value", "runs", "shown"),
+    [
+        ("0.5277", 0.527657, False, "0.5277"),
+        ("3101.8", 3101.8098, False, "3,101.8"),
+        ("-2.3659", -2.36594, False, "−2.3659"),
+        ("4.4409 × 10⁻¹⁶", 0.0, False, "0"),
+        ("8.0670e-008", 8.067e-8, False, "8.067e−8"),
+        ("26,326", 23314.1, True, "23,314"),
+        ("28.4589", 35.48123, True, "35.48"),
+        ("0.62", 0.61, True, "0.61"),
+        ("1", 1.0, True, "1.000"),
+        ("2.5829e-006", 3.832e-6, True, "3.832e−6"),
+    ],
+)
+def test_recomputed_numbers_have_the_digits_that_mean_something(printed, value, runs, shown):
+    estimate = Estimate(value, value, value, 0.9, 20) if runs else None
+    assert value_text(outcome(printed, value, estimate)) == shown
+
+
+# What it answers ---------------------------------------------------------------------------------------------------
+
+
+def test_a_table_comes_in_steps_and_ends_with_what_the_core_says():
+    request: dict = {"wanted": 30}
+    seen = []
+    while True:
+        view, rest = asked("yu2017", "table-1", **request)
+        seen.append(rest["runs"])
+        assert (rest["seq"], rest["part"], rest["wanted"]) == (7, "table-1", 30)
+        if rest["next"] is None:
+            break
+        request["runs"] = rest["next"]
+    assert seen == sorted(set(seen))
+    assert seen[0] == 2
+    assert seen[-1] == 30
+    paper = papers()["yu2017"]
+    assert str(view) == str(table_view(paper.table("1"), reproduce(paper, paper.table("1"), 30)))
+
+
+def test_a_table_without_noise_comes_at_once():
+    _, rest = asked("alwagih", "table-3")
+    assert (rest["runs"], rest["next"]) == (0, None)
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_figures_and_proofs_follow_the_theme(theme):
+    figure, _ = answer({"seq": 1, "paper": "garg2021", "part": "figure-alpha-beta", "theme": theme})
+    assert figure.figure["layout"]["meta"]["theme"] == theme
+    proof, _ = answer({"seq": 1, "paper": "jeong2017", "part": "erratum-4", "theme": theme})
+    (graph,) = [part for component in proof for part in parts_of(component, dcc.Graph)]
+    assert graph.figure["layout"]["meta"]["theme"] == theme
+    assert "The numbers prove it." in text_of(proof)
+
+
+@pytest.mark.parametrize(
+    ("request_", "message"),
+    [
+        ({"paper": "nobody"}, "^paper must be one of"),
+        ({"paper": None}, "^paper must be one of"),
+        ({"part": "table-9"}, "^table must be one of"),
+        ({"part": "figure-99"}, "^part must be one of"),
+        ({"part": "erratum-0"}, "^part must be one of"),
+        ({"part": "chapter-1"}, "^part must be one of"),
+        ({"part": None}, "^part must be one of"),
+        ({"theme": "sepia"}, "^theme must be one of"),
+        ({"runs": 1e9}, "^seeds must be a whole number"),
+        ({"wanted": -1}, "^seeds must be a whole number"),
+        ({"wanted": "many"}, "^seeds must be a whole number"),
+    ],
+)
+def test_what_is_not_there_is_refused(request_, message):
+    with pytest.raises(InputError, match=message):
+        answer({"seq": 1, "paper": "jeong2017", "part": "table-5", "theme": "light", **request_})
+
+
+# Tables as files ---------------------------------------------------------------------------------------------------
+
+
+@EVERY_PAPER
+def test_a_table_as_a_file_has_both_columns(name):
+    paper = papers()[name]
+    for table in paper.tables:
+        rows = list(csv.DictReader(io.StringIO(table_csv(name, table.name, "2"))))
+        outcomes = reproduce(paper, table, 2)
+        assert [(row["printed"], float(row["recomputed"])) for row in rows] == [(o.printed, o.value) for o in outcomes]
+        assert [row["verdict"] for row in rows] == [o.said for o in outcomes]
+        assert all(row["runs"] in ("", "2") for row in rows)
+        assert EMPTY not in {row["printed"] for row in rows}
+
+
+def test_files_are_served(get):
+    found = get("/papers/alwagih/table-5.csv")
+    assert found.status_code == 200
+    assert found.headers["content-type"] == "text/csv; charset=utf-8"
+    assert found.headers["content-disposition"] == 'attachment; filename="alwagih-table-5.csv"'
+    assert found.text.splitlines()[0] == ",".join(COLUMNS)
+    for path, status, said in (
+        ("/papers/nobody/table-1.csv", 404, "paper must be one of"),
+        ("/papers/yu2017/table-9.csv", 404, "table must be one of"),
+        ("/papers/yu2017/table-1.csv?seeds=0", 400, "seeds must be a whole number"),
+        ("/papers/yu2017/table-1.csv?seeds=x", 400, "seeds must be a whole number"),
+    ):
+        refused = get(path)
+        assert refused.status_code == status
+        assert refused.text.startswith(said)
+
+
+def test_a_document_is_smaller_than_what_a_page_may_weigh():
+    for name in NAMES:
+        size = len(json.dumps(layout(paper=name).to_plotly_json(), default=lambda part: part.to_plotly_json()))
+        assert size < 400_000, (name, size)
