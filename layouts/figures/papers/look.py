@@ -14,10 +14,6 @@ from tracker_core.types import FloatArray
 Draw = Callable[[Paper, Mapping[str, Any], str], Figure]
 """Draws one kind of illustration: from the document, the options and the theme."""
 
-HEIGHT = 340
-"""Of a figure of one row, px; every further row adds ROW."""
-
-ROW = 80
 GAP = 0.07
 """Between two rows, as a part of all of them."""
 
@@ -109,7 +105,7 @@ def rows(
     for row, y_axis in enumerate(y_axes):
         bottom = (last - row) * (share + GAP)
         axes[f"yaxis{row + 1 if row else ''}"] = y_axis | {"domain": [bottom, min(bottom + share, 1)]}
-    return {"data": data, "layout": frame(theme, height=HEIGHT + ROW * last, **axes, **more)}
+    return {"data": data, "layout": frame(theme, **axes, **more)}
 
 
 def frame(theme: str, **more: Any) -> dict[str, Any]:
@@ -120,7 +116,6 @@ def frame(theme: str, **more: Any) -> dict[str, Any]:
             {
                 "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
                 "margin": {"l": 60, "r": 14, "t": 34, "b": 44},
-                "height": HEIGHT,
                 "showlegend": True,
             }
             | more
