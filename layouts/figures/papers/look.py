@@ -30,13 +30,18 @@ UNITS = ("m", "m/s", "m/s²", "m/s³")
 
 
 def hover(name: str, x: str, y: str) -> str:
-    """What a point says: whose it is, and its coordinates with the titles of their axes as "quantity (unit)"."""
+    """What a point says: whose it is, and its coordinates.
+
+    Args:
+        name: whose it is.
+        x, y: the titles of the axes, as "quantity (unit)" or "quantity, unit".
+    """
     return f"{name}<br>{_said(x, 'x')}<br>{_said(y, 'y')}<extra></extra>"
 
 
 def _said(title: str, axis: str) -> str:
-    quantity, _, unit = title.partition(" (")
-    return f"{quantity} %{{{axis}:.5~g}} {unit.rstrip(')')}".rstrip()
+    quantity, _, unit = title.removesuffix(")").partition(" (" if title.endswith(")") else ", ")
+    return f"{quantity} %{{{axis}:.5~g}} {unit}".strip()
 
 
 def path(name: str, x: FloatArray, y: FloatArray, titles: tuple[str, str], line: dict[str, Any]) -> dict[str, Any]:
@@ -114,13 +119,16 @@ def frame(theme: str, **more: Any) -> dict[str, Any]:
         theme,
         **(
             {
-                "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
+                "legend": {
+                    "orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left",
+                    "itemsizing": "constant",
+                },
                 "margin": {"l": 60, "r": 14, "t": 34, "b": 44},
                 "showlegend": True,
             }
             | more
         ),
-    )
+    )  # fmt: skip
 
 
 def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
