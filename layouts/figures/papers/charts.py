@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from layouts.figures.common import Figure, packed
-from layouts.figures.papers.look import frame, hover, log_axis, titled
+from layouts.figures.papers.look import LEGEND, frame, hover, log_axis, titled
 from layouts.theme import LINES, hollow, tokens
 from tracker_core.papers.proof import Chart, Series
 
@@ -26,6 +26,7 @@ REACH = 1.3
 
 def chart_figure(chart: Chart, theme: str) -> Figure:
     """The chart of a proof."""
+    crowded = any(series.kind == "points" and len(series.x) > MANY for series in chart.series)
     data = [_circle(theme)] if chart.z_plane else []
     numbers = [part for series in chart.series for part in (*series.x, *series.y) if not isinstance(part, str)]
     seen: dict[tuple[str, str], int] = {}
@@ -49,6 +50,8 @@ def chart_figure(chart: Chart, theme: str) -> Figure:
             xaxis=x_axis,
             yaxis=y_axis,
             barmode="group",
+            # Dots are to be seen in the legend.
+            legend=LEGEND | ({"itemsizing": "constant"} if crowded else {}),
             uirevision=chart.title,
             meta={"chart": chart.title, "theme": theme},
         ),

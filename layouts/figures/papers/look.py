@@ -23,6 +23,9 @@ LOOKS = (
 )  # fmt: skip
 """Colour and dash of filters that stand side by side."""
 
+LEGEND = {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"}
+"""Above the rows, where it makes room for itself."""
+
 FEW = 30
 """Of so few samples every one is marked."""
 
@@ -119,16 +122,13 @@ def frame(theme: str, **more: Any) -> dict[str, Any]:
         theme,
         **(
             {
-                "legend": {
-                    "orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left",
-                    "itemsizing": "constant",
-                },
+                "legend": LEGEND,
                 "margin": {"l": 60, "r": 14, "t": 34, "b": 44},
                 "showlegend": True,
             }
             | more
         ),
-    )  # fmt: skip
+    )
 
 
 def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
