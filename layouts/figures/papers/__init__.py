@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from layouts.figures.common import Figure
 from layouts.figures.papers.alphabeta import initialisation, triangle
 from layouts.figures.papers.charts import chart_figure
@@ -14,25 +16,39 @@ from layouts.figures.papers.states import comparison, lags, stages, states
 from tracker_core.papers import Paper
 from tracker_core.papers.document import Illustration
 
-__all__ = ["KINDS", "chart_figure", "illustration_figure"]
+__all__ = ["KINDS", "Kind", "chart_figure", "illustration_figure"]
 
-KINDS: dict[str, Draw] = {
-    "trajectory": trajectory,
-    "noise": noise,
-    "search": search,
-    "tracks": tracks,
-    "comparison": comparison,
-    "states": states,
-    "paths": paths,
-    "initialisation": initialisation,
-    "triangle": triangle,
-    "window": window,
-    "bank": bank,
-    "methods": methods,
-    "rmse": rmse,
-    "stages": stages,
-    "lags": lags,
-    "precision": precision,
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A way to draw an illustration.
+
+    Attributes:
+        draw: makes the figure.
+        height: that it is drawn for, px.
+    """
+
+    draw: Draw
+    height: int = 340
+
+
+KINDS: dict[str, Kind] = {
+    "trajectory": Kind(trajectory, 260),
+    "noise": Kind(noise),
+    "search": Kind(search),
+    "tracks": Kind(tracks, 420),
+    "comparison": Kind(comparison, 400),
+    "states": Kind(states, 400),
+    "paths": Kind(paths, 440),
+    "initialisation": Kind(initialisation),
+    "triangle": Kind(triangle, 400),
+    "window": Kind(window),
+    "bank": Kind(bank, 380),
+    "methods": Kind(methods, 420),
+    "rmse": Kind(rmse, 400),
+    "stages": Kind(stages, 460),
+    "lags": Kind(lags, 400),
+    "precision": Kind(precision),
 }
 """How an illustration may be drawn, by its kind."""
 
@@ -46,10 +62,12 @@ def illustration_figure(paper: Paper, illustration: Illustration, theme: str) ->
         theme: "light" or "dark".
 
     Returns:
-        The figure; `meta` of its layout says which one it is: figure, paper and theme.
+        The figure; `height` of its layout is that of its kind, and `meta` says which one it is: figure, paper, theme.
     """
-    figure = KINDS[illustration.kind](paper, illustration.options, theme)
+    kind = KINDS[illustration.kind]
+    figure = kind.draw(paper, illustration.options, theme)
     figure["layout"] |= {
+        "height": kind.height,
         "uirevision": f"{paper.name}|{illustration.name}",
         "meta": {"figure": illustration.name, "paper": paper.name, "theme": theme},
     }

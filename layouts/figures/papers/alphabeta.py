@@ -20,7 +20,7 @@ TIME = "time (s)"
 
 def initialisation(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     """Two measurements, the velocity that they give, and the prediction for the third sample."""
-    result = run_experiment(paper.run(options["run"]).experiment)
+    result = run_experiment(paper.run(options["runs"][0]).experiment)
     axis = options["axis"]
     letter = result.scenario.axes[axis]
     titles = (TIME, f"{letter} (m)")
@@ -90,7 +90,7 @@ def triangle(_: Paper, __: Mapping[str, Any], theme: str) -> Figure:
             edge | {"showlegend": False}, critical, bound,
         ],
         "layout": frame(
-            theme, height=420, xaxis=titled("α", range=[-0.08, 2.08]), yaxis=titled("β", range=[-0.16, 4.16])
+            theme, xaxis=titled("α", range=[-0.08, 2.08]), yaxis=titled("β", range=[-0.16, 4.16])
         ),
     }  # fmt: skip
 

@@ -2,37 +2,47 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
 
 from layouts.figures.common import Figure, packed
-from layouts.figures.papers.look import frame, hover, titled
+from layouts.figures.papers.look import LEGEND, frame, hover, log_axis, titled
 from layouts.theme import LINES, hollow, tokens
 from tracker_core.papers.proof import Chart, Series
 
 DASHES = ("solid", "8px 3px", "2px 2px", "6px 2px 2px 2px")
 SYMBOLS = ("circle", "diamond", "square", "triangle-up")
+MARKED = range(4, 13)
+"""Of lines of so few points, every one is marked; of fewer they are the ends."""
+
+MANY = 30
+"""More points than this are dots."""
+
 REACH = 1.3
 """Of the z-plane to every side, at least."""
 
 
 def chart_figure(chart: Chart, theme: str) -> Figure:
     """The chart of a proof."""
+    crowded = any(series.kind == "points" and len(series.x) > MANY for series in chart.series)
     data = [_circle(theme)] if chart.z_plane else []
+    numbers = [part for series in chart.series for part in (*series.x, *series.y) if not isinstance(part, str)]
     seen: dict[tuple[str, str], int] = {}
     for series in chart.series:
         again = seen.get((series.kind, series.role), 0)
         seen[series.kind, series.role] = again + 1
         data.append(_trace(chart, series, again, theme))
-    x_axis, y_axis = titled(chart.x_title), titled(chart.y_title)
+    # Names under bars take the room that they need.
+    x_axis, y_axis = titled(typeset(chart.x_title), automargin=True), titled(typeset(chart.y_title))
     if chart.z_plane:
-        parts = [part for series in chart.series for part in (*series.x, *series.y) if not isinstance(part, str)]
-        reach = max(REACH, 1.1 * max((abs(part) for part in parts), default=0.0))
+        reach = max(REACH, 1.1 * max(map(abs, numbers), default=0.0))
         x_axis |= {"range": [-reach, reach]}
         y_axis |= {"range": [-reach, reach], "scaleanchor": "x"}
     elif chart.logarithmic:
-        y_axis |= {"type": "log"}
+        heights = [value for series in chart.series for value in series.y if value > 0]
+        y_axis = log_axis(typeset(chart.y_title), 0.8 * min(heights), 1.25 * max(heights))
     return {
         "data": data,
         "layout": frame(
@@ -40,21 +50,28 @@ def chart_figure(chart: Chart, theme: str) -> Figure:
             xaxis=x_axis,
             yaxis=y_axis,
             barmode="group",
+            # Dots are to be seen in the legend.
+            legend=LEGEND | ({"itemsizing": "constant"} if crowded else {}),
             uirevision=chart.title,
             meta={"chart": chart.title, "theme": theme},
         ),
     }
 
 
+def typeset(text: str) -> str:
+    """a_s as a with an index."""
+    return re.sub(r"(?<=\w)_(\w)", r"<sub>\1</sub>", text)
+
+
 def _trace(chart: Chart, series: Series, again: int, theme: str) -> dict[str, Any]:
     """One series; `again` counts those of its kind and colour before it, from which it must be told apart."""
     colour = tokens(theme)[series.role]
-    names = bool(series.x) and isinstance(series.x[0], str)
-    said = f"{series.name}<br>%{{x}}<br>%{{y:.5~g}}<extra></extra>"
+    name = typeset(series.name)
+    words = [str(x).replace(", ", ",<br>") for x in series.x if isinstance(x, str)]
+    said = hover(name, typeset(chart.x_title), typeset(chart.y_title))
     trace: dict[str, Any] = {
-        "type": "scatter", "name": series.name, "x": list(series.x) if names else packed(np.array(series.x), "f8"),
-        "y": packed(np.array(series.y), "f8"),
-        "hovertemplate": said if names else hover(series.name, chart.x_title, chart.y_title),
+        "type": "scatter", "name": name, "x": words or packed(np.array(series.x), "f8"),
+        "y": packed(np.array(series.y), "f8"), "hovertemplate": said.replace("%{x:.5~g}", "%{x}") if words else said,
     }  # fmt: skip
     if series.kind == "bars":
         pattern = {"pattern": {"shape": "/", "fgcolor": tokens(theme)["surface"]}} if again else {}
@@ -62,11 +79,16 @@ def _trace(chart: Chart, series: Series, again: int, theme: str) -> dict[str, An
     if series.kind == "points":
         return trace | {"mode": "markers", "marker": _marker(chart, series, again, theme)}
     look = {"width": 2, **LINES.get(series.role, {})}
-    return trace | {"mode": "lines", "line": look | ({"dash": DASHES[again % 4]} if again else {}) | {"color": colour}}
+    if len(series.x) in MARKED:
+        trace["marker"] = {"size": 6, "color": colour}
+    mode = "lines+markers" if "marker" in trace else "lines"
+    return trace | {"mode": mode, "line": look | ({"dash": DASHES[again % 4]} if again else {}) | {"color": colour}}
 
 
 def _marker(chart: Chart, series: Series, again: int, theme: str) -> dict[str, Any]:
     colour = tokens(theme)[series.role]
+    if len(series.x) > MANY:
+        return {"symbol": "circle", "size": 4, "color": colour, "opacity": 0.6}
     if chart.z_plane:
         symbol = ("x-thin", "cross-thin", "asterisk", "y-up")[again % 4]
         return {"symbol": symbol, "size": 12, "color": colour, "line": {"width": 3, "color": colour}}

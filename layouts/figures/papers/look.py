@@ -14,10 +14,6 @@ from tracker_core.types import FloatArray
 Draw = Callable[[Paper, Mapping[str, Any], str], Figure]
 """Draws one kind of illustration: from the document, the options and the theme."""
 
-HEIGHT = 340
-"""Of a figure of one row, px; every further row adds ROW."""
-
-ROW = 80
 GAP = 0.07
 """Between two rows, as a part of all of them."""
 
@@ -27,6 +23,9 @@ LOOKS = (
 )  # fmt: skip
 """Colour and dash of filters that stand side by side."""
 
+LEGEND = {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"}
+"""Above the rows, where it makes room for itself."""
+
 FEW = 30
 """Of so few samples every one is marked."""
 
@@ -34,13 +33,18 @@ UNITS = ("m", "m/s", "m/s²", "m/s³")
 
 
 def hover(name: str, x: str, y: str) -> str:
-    """What a point says: whose it is, and its coordinates with the titles of their axes as "quantity (unit)"."""
+    """What a point says: whose it is, and its coordinates.
+
+    Args:
+        name: whose it is.
+        x, y: the titles of the axes, as "quantity (unit)" or "quantity, unit".
+    """
     return f"{name}<br>{_said(x, 'x')}<br>{_said(y, 'y')}<extra></extra>"
 
 
 def _said(title: str, axis: str) -> str:
-    quantity, _, unit = title.partition(" (")
-    return f"{quantity} %{{{axis}:.5~g}} {unit.rstrip(')')}".rstrip()
+    quantity, _, unit = title.removesuffix(")").partition(" (" if title.endswith(")") else ", ")
+    return f"{quantity} %{{{axis}:.5~g}} {unit}".strip()
 
 
 def path(name: str, x: FloatArray, y: FloatArray, titles: tuple[str, str], line: dict[str, Any]) -> dict[str, Any]:
@@ -109,7 +113,7 @@ def rows(
     for row, y_axis in enumerate(y_axes):
         bottom = (last - row) * (share + GAP)
         axes[f"yaxis{row + 1 if row else ''}"] = y_axis | {"domain": [bottom, min(bottom + share, 1)]}
-    return {"data": data, "layout": frame(theme, height=HEIGHT + ROW * last, **axes, **more)}
+    return {"data": data, "layout": frame(theme, **axes, **more)}
 
 
 def frame(theme: str, **more: Any) -> dict[str, Any]:
@@ -118,9 +122,8 @@ def frame(theme: str, **more: Any) -> dict[str, Any]:
         theme,
         **(
             {
-                "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
+                "legend": LEGEND,
                 "margin": {"l": 60, "r": 14, "t": 34, "b": 44},
-                "height": HEIGHT,
                 "showlegend": True,
             }
             | more

@@ -21,7 +21,7 @@ BINS_PER_STD = 4
 
 def noise(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     """Measured minus true position against the sample, with a histogram beside it and the normal curve over that."""
-    result = run_experiment(paper.run(options["run"]).experiment)
+    result = run_experiment(paper.run(options["runs"][0]).experiment)
     axis = options["axis"]
     errors = (result.measurements.positions - result.truth.positions)[:, axis]
     std = result.noise_std[axis]

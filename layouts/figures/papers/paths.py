@@ -9,7 +9,7 @@ import numpy as np
 
 from layouts.figures.common import NAMES, SERIES, Figure, packed, padded_range, trace
 from layouts.figures.error import running_rms, window
-from layouts.figures.papers.look import HEIGHT, ROW, filter_line, four, frame, hover, marks, path, titled
+from layouts.figures.papers.look import filter_line, four, frame, hover, marks, path, titled
 from layouts.theme import line, tokens
 from tracker_core import run_experiment
 from tracker_core.metrics import distances
@@ -18,13 +18,11 @@ from tracker_core.types import FloatArray
 
 PLANE = ("x (m)", "y (m)")
 OVER_TIME = ("time (s)", "error (m)")
-WIDE = 240
-"""Height of a path that is much longer than wide, px."""
 
 
 def trajectory(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     """The true path, with its first and its last position."""
-    true = run_experiment(paper.run(options["run"]).experiment).truth.positions
+    true = run_experiment(paper.run(options["runs"][0]).experiment).truth.positions
     x, y = true.T
     first, last = true[0].tolist(), true[-1].tolist()
     begin, end = marks("First", [first[0]], [first[1]], PLANE, theme), marks("Last", [last[0]], [last[1]], PLANE, theme)
@@ -33,7 +31,6 @@ def trajectory(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
         "data": [four("truth", x, y, PLANE, theme), begin, end],
         "layout": frame(
             theme,
-            height=WIDE,
             xaxis=titled(PLANE[0], range=padded_range(x)),
             yaxis=titled(PLANE[1], range=padded_range(y), scaleanchor="x"),
         ),
@@ -42,7 +39,7 @@ def trajectory(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
 
 def tracks(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     """True, observed, predicted and smoothed path of one run, and the distance of the last two from the first."""
-    result = run_experiment(paper.run(options["run"]).experiment)
+    result = run_experiment(paper.run(options["runs"][0]).experiment)
     series = {
         "truth": result.truth.positions, "observed": result.measurements.positions,
         "predicted": result.track.predicted[:, :, 0], "smoothed": result.track.smoothed[:, :, 0],
@@ -104,7 +101,6 @@ def _with_errors(
         "data": data,
         "layout": frame(
             theme,
-            height=HEIGHT + ROW,
             xaxis=titled(PLANE[0], range=padded_range(x), anchor="y"),
             yaxis=titled(PLANE[1], range=padded_range(y), scaleanchor="x", domain=[1 - share, 1]),
             xaxis2=titled(OVER_TIME[0], anchor="y2"),

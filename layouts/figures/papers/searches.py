@@ -36,7 +36,7 @@ TOP = 3.5
 
 def search(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     """One or two objectives over a parameter: median of the runs and the band of all of them."""
-    experiment, parameter = paper.run(options["run"]).experiment, options["parameter"]
+    experiment, parameter = paper.run(options["runs"][0]).experiment, options["parameter"]
     values, seeds = spread(options), range(1, options["seeds"] + 1)
     symbol, unit = SYMBOLS[parameter]
     titles = (f"{symbol} ({unit})" if unit else symbol, "total error (m)")
@@ -107,7 +107,7 @@ def _unstable(experiment: Experiment, parameter: str, end: float, top: float, th
 
 def precision(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     """The error in units of the sensor's over alpha, for sensors of several precisions."""
-    base = paper.run(options["run"]).experiment
+    base = paper.run(options["runs"][0]).experiment
     alphas, seeds = spread(options), range(1, options["seeds"] + 1)
     titles = ("α", "estimation RMSE / σ")
     data: list[dict[str, Any]] = []

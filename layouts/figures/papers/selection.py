@@ -44,7 +44,7 @@ def chosen(paper: Paper, run: str) -> tuple[Result, Selection]:
 
 def window(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     """The α that a moving window chooses over time, for every axis, and how far the first window reaches."""
-    result, selection = chosen(paper, options["run"])
+    result, selection = chosen(paper, options["runs"][0])
     times, t = result.truth.times, tokens(theme)
     length = result.experiment.window or 0
     reach = float(times[length])
@@ -66,7 +66,7 @@ def window(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
 
 def bank(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     """What every member of a bank predicts over a stretch of the run, which one speaks, and what is then measured."""
-    result, selection = chosen(paper, options["run"])
+    result, selection = chosen(paper, options["runs"][0])
     axis, (first, last) = options["axis"], options["stretch"]
     stretch = slice(first, last + 1)
     members = np.empty((0, 2)) if selection.members is None else selection.members

@@ -49,7 +49,7 @@ def states(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
 
 def stages(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     """Every state of the only axis over time, row by row: true, observed, predicted, smoothed."""
-    result = run_experiment(paper.run(options["run"]).experiment)
+    result = run_experiment(paper.run(options["runs"][0]).experiment)
     times = result.truth.times
     data, axes = [], []
     for quantity in range(result.experiment.order):
@@ -90,7 +90,7 @@ def comparison(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
 
 def lags(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     """How far Benedict-Bordner filters of several alpha trail the target where nothing is measured wrongly."""
-    experiment = paper.run(options["run"]).experiment
+    experiment = paper.run(options["runs"][0]).experiment
     titles = ("smoothed: lag (m)", "predicted: lag (m)")
     data, greatest = [], 0.0
     for index, alpha in enumerate(options["alphas"]):
