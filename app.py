@@ -18,15 +18,17 @@ from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 
 from layouts import shell
-from layouts.pages import explore, stability, track
+from layouts.pages import explore, papers, stability, track
 from layouts.scenes import Scenes
-from tracker_core import Experiment, run_experiment
+from tracker_core import DESIGNS, Experiment, run_experiment
+from tracker_core.batch import batch_errors
 from tracker_core.checks import Domain, InputError
+from tracker_core.run import observe
 from tracker_core.starts import STARTS
 from tracker_core.types import ORDERS
 
 ROOT = Path(__file__).parent
-PAGES = (explore, stability, track)
+PAGES = (explore, stability, track, papers)
 PORT = Domain(1, 65535, whole=True)
 
 READY = threading.Event()
@@ -89,6 +91,9 @@ def warm_up() -> None:
         for start in STARTS.values():
             if order >= start.least_order:
                 run_experiment(Experiment.from_dict({"order": order, "xi": 0.8, "start": start.name, "samples": 20}))
+    truth, measurements, _ = observe(Experiment.from_dict({"samples": 20}))
+    for order in ORDERS:
+        batch_errors(measurements, truth, DESIGNS["fading-memory"].gains(order, xi=0.8)[None, :])
     READY.set()
 
 

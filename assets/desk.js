@@ -348,9 +348,9 @@
     writePageLinks(query);
   }
 
-  // The other pages show the same filter.
+  // The other pages with a filter show the same one.
   function writePageLinks(query) {
-    for (const link of document.querySelectorAll(".page-link")) {
+    for (const link of document.querySelectorAll(".page-link.carries")) {
       if (link.search !== query) dash_clientside.set_props(link.id, { href: link.pathname + query });
     }
   }
@@ -378,13 +378,6 @@
     if (page.link !== null) writePageLinks(page.link ? `?${page.link}` : "");
     // Once the link has its new address.
     setTimeout(() => link.click());
-  }
-
-  function markPage() {
-    for (const link of document.querySelectorAll(".page-link")) {
-      if (link.pathname === location.pathname) link.setAttribute("aria-current", "page");
-      else link.removeAttribute("aria-current");
-    }
   }
 
   // Dash answers before plotly has drawn.
@@ -438,7 +431,7 @@
     for (const name of Object.keys(page.values)) show(name);
     text("note", data.notes.join(" "));
     showHistory();
-    markPage();
+    gainscope.markPage();
     document.dispatchEvent(new CustomEvent("deskbegin", { detail: { page: page.name } }));
     connect();
     send();
@@ -641,7 +634,7 @@
   }
 
   function travel(from, to) {
-    if (!page || !from.length || page.busy || page.waiting) return;
+    if (!root() || !from.length || page.busy || page.waiting) return;
     to.push(steps.present);
     steps.present = from.pop();
     [page.values, page.pin] = JSON.parse(steps.present);

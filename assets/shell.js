@@ -13,6 +13,14 @@
     document.dispatchEvent(new Event("themechange"));
   }
 
+  // Which page of the navigation is shown.
+  function markPage() {
+    for (const link of document.querySelectorAll(".page-link")) {
+      if (link.pathname === location.pathname) link.setAttribute("aria-current", "page");
+      else link.removeAttribute("aria-current");
+    }
+  }
+
   // The link is right once the page has settled.
   async function settled() {
     const page = document.querySelector("[data-state]");
@@ -48,4 +56,6 @@
     if (button && button.id === "theme-switch") switchTheme();
     if (button && button.id === "copy-link" && button.textContent === "Copy link") copyLink(button);
   });
+
+  window.gainscope = Object.assign(window.gainscope || {}, { markPage });
 })();

@@ -28,9 +28,14 @@ THEME_SCRIPT = "theme.js"
 """Stands in the head, so that the first paint has the right colours; the other scripts come after the page."""
 
 
+WITHOUT_FILTER = ("Papers",)
+"""Pages that show no filter of the user's."""
+
+
 def _link(name: str, path: str) -> Component:
-    """A page in the navigation; assets/desk.js lets its address carry the present filter."""
-    return dcc.Link(name, href=path, id=f"to-{name.lower()}", className="page-link")
+    """A page in the navigation; assets/desk.js lets the addresses of those with a filter carry the present one."""
+    carries = "" if name in WITHOUT_FILTER else " carries"
+    return dcc.Link(name, href=path, id=f"to-{name.lower()}", className=f"page-link{carries}")
 
 
 def frame() -> Component:

@@ -105,9 +105,9 @@ def _observe(
     seed: int,
 ) -> tuple[Truth, Measurements, tuple[float, ...]]:
     scenario = SCENARIOS[scenario_name]
-    times = (scenario.first_sample + np.arange(samples, dtype=np.float64)) * interval
-    truth = scenario.truth(times, seed)
-    axes = len(scenario.axes)
+    moved = _moved if samples <= CACHED_SAMPLES else _moved.__wrapped__
+    truth = moved(scenario_name, samples, interval, seed if scenario.random else 0)
+    times, axes = truth.times, len(scenario.axes)
     if manoeuvre_std is not None:
         pushed = truth.states + wander(manoeuvre, samples, axes, interval, manoeuvre_std, seed)
         truth = Truth(times, pushed)
@@ -122,9 +122,19 @@ def _observe(
         positions = truth.positions.copy()
         if draw is not None:
             positions += draw(positions.shape, std, seed, noise_correlation or 0.0)
-    for array in (truth.times, truth.states, positions):
+    for array in (truth.states, positions):
         array.setflags(write=False)
     return truth, Measurements(truth.times, positions, interval), std
+
+
+@lru_cache(maxsize=8)
+def _moved(scenario_name: str, samples: int, interval: float, seed: int) -> Truth:
+    """The truth without random pushes; the seed matters where the target is random."""
+    scenario = SCENARIOS[scenario_name]
+    truth = scenario.truth((scenario.first_sample + np.arange(samples, dtype=np.float64)) * interval, seed)
+    for array in (truth.times, truth.states):
+        array.setflags(write=False)
+    return truth
 
 
 _remembered = lru_cache(maxsize=32)(_observe)

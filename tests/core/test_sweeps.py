@@ -9,7 +9,7 @@ import pytest
 from tracker_core import Experiment, InputError, run_experiment
 from tracker_core.metrics import METRICS
 from tracker_core.papers import papers
-from tracker_core.papers.sweeps import SWEPT, sweep
+from tracker_core.papers.sweeps import OBJECTIVES, SWEPT, sweep
 
 SEEDS = (1, 5)
 SHIP = {"samples": 60, "start": "two-point"}
@@ -33,7 +33,7 @@ def field_of(parameter, value, experiment):
     return {parameter: value}
 
 
-@pytest.mark.parametrize("objective", METRICS)
+@pytest.mark.parametrize("objective", [name for name in OBJECTIVES if name in METRICS])
 @pytest.mark.parametrize("parameter", SWEPT)
 def test_every_number_is_that_of_a_run(parameter, objective):
     experiment, values = CASES[parameter]
@@ -78,7 +78,7 @@ def test_seeds_of_recorded_measurements_do_not_matter():
 def test_sweeps_are_remembered_and_read_only():
     experiment, values = CASES["xi"]
     found = sweep(experiment, "xi", list(values), "tracking_total", range(1, 3))
-    assert sweep(experiment, "xi", values, "tracking_total", (1, 2)) is found
+    assert np.shares_memory(sweep(experiment, "xi", values, "tracking_total", (1, 2)), found)
     with pytest.raises(ValueError, match="read-only"):
         found[0, 0] = 1
 

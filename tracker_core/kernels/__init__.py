@@ -6,6 +6,7 @@ the recursion begins at sample `begin`. Nothing is validated here.
 """
 
 from tracker_core.kernels.banks import bank_choice, bank_mixture
+from tracker_core.kernels.batches import batch_errors
 from tracker_core.kernels.recursions import TRACK, autoregress, least_squares_start, step_response
 from tracker_core.kernels.selections import (
     candidate_scores,
@@ -20,6 +21,7 @@ __all__ = [
     "autoregress",
     "bank_choice",
     "bank_mixture",
+    "batch_errors",
     "candidate_scores",
     "least_squares_start",
     "sample_search",

@@ -1,8 +1,10 @@
 """The source documents: what they print, and its recomputation."""
 
 from tracker_core.papers.document import NAMES, Erratum, Illustration, Paper, Run, Table, papers
-from tracker_core.papers.reproduce import VERDICTS, Outcome, count, reproduce
+from tracker_core.papers.proofs import prove
+from tracker_core.papers.reproduce import ERRATUM, EXACT, OPEN, SEEDS, VERDICTS, WITHIN, Outcome, count, reproduce
 
 __all__ = [
-    "NAMES", "VERDICTS", "Erratum", "Illustration", "Outcome", "Paper", "Run", "Table", "count", "papers", "reproduce",
+    "ERRATUM", "EXACT", "NAMES", "OPEN", "SEEDS", "VERDICTS", "WITHIN", "Erratum", "Illustration", "Outcome", "Paper",
+    "Run", "Table", "count", "papers", "prove", "reproduce",
 ]  # fmt: skip

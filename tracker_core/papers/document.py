@@ -267,14 +267,14 @@ def _erratum(number: int, data: dict[str, Any]) -> Erratum:
     )
 
 
-_POWER = re.compile(r"(?P<mantissa>-?[\d.]+)(?: × 10|e|(?=-))(?P<exponent>[-+]?\d+)")
+_POWER = re.compile(r"(?:10(?=-)|(?P<mantissa>-?[\d.]+)(?: × 10|e|(?=-)))(?P<exponent>[-+]?\d+)")
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--")
 
 
 def number(printed: str) -> Decimal:
     """The number that a document prints, exactly.
 
-    Thousands may be grouped by commas; powers of ten may be written 4.2e-003, 4.2 × 10⁻³ or 4.2-03.
+    Thousands may be grouped by commas; powers of ten may be written 4.2e-003, 4.2 × 10⁻³, 4.2-03 or 10⁻³.
 
     Raises:
         InputError: for what is no number.
@@ -282,7 +282,7 @@ def number(printed: str) -> Decimal:
     text = printed.translate(_SUPERSCRIPTS).replace(",", "")
     power = _POWER.fullmatch(text)
     try:
-        return Decimal(f"{power['mantissa']}e{power['exponent']}" if power else text)
+        return Decimal(f"{power['mantissa'] or 1}e{power['exponent']}" if power else text)
     except ArithmeticError:
         raise InputError("printed", "must be a number", printed) from None
 

@@ -19,7 +19,7 @@ from tracker_core.motion import transition
 from tracker_core.papers.document import EMPTY, Column, Paper, Row, Table, number
 from tracker_core.papers.sweeps import sweep
 from tracker_core.run import run_experiment
-from tracker_core.types import GAIN_NAMES, STATE_NAMES
+from tracker_core.types import GAIN_NAMES
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,8 +111,8 @@ def _damping(cell: Cell) -> float:
     return sqrt(1 - float(alpha))
 
 
-def _root(cell: Cell) -> float:
-    """A standard deviation from a variance."""
+def _standard_deviation(cell: Cell) -> float:
+    """Of a printed variance."""
     return sqrt(cell.option("variance"))
 
 
@@ -133,7 +133,7 @@ def _state(cell: Cell) -> float:
     """A state of a run without random noise."""
     track = run_experiment(cell.experiment()).track
     states = track.predicted if cell.option("of") == "predicted" else track.smoothed
-    return float(states[int(cell.option("sample")) - 1, 0, STATE_NAMES.index(cell.option("state"))])
+    return float(states[int(cell.option("sample")) - 1, 0, int(cell.option("state"))])
 
 
 def _next_prediction(cell: Cell) -> float:
@@ -192,7 +192,7 @@ DERIVED: dict[str, Derived] = {
     "fading-memory": _fading_memory,
     "tracking-index": _tracking_index,
     "damping": _damping,
-    "root": _root,
+    "standard-deviation": _standard_deviation,
     "target": _target,
     "state": _state,
     "next-prediction": _next_prediction,

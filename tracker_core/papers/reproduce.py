@@ -156,6 +156,7 @@ def _holds(found: Estimate, printed: str) -> bool:
 
 def _simulate(cell: Cell, runs: int, change: dict[str, Any]) -> Estimate:
     recipe = SIMULATED[cell.recipe]
+    runs = min(runs, int(cell.option("seeds", runs)))
     return estimate(recipe(cell, change, seed) for seed in range(1, runs + 1))
 
 
@@ -165,7 +166,7 @@ def _elsewhere(cell: Cell, runs: int) -> list[str]:
         return []
     found = [(variant["title"], _simulate(cell, runs, variant["change"])) for variant in cell.table.variants]
     return [
-        f"With {title}: {other.low:,.0f} to {other.high:,.0f}, which holds the printed number."
+        f"With {title}: {other.low:,.5g} to {other.high:,.5g}, which holds the printed number."
         for title, other in found
         if _holds(other, cell.printed)
     ]

@@ -10,12 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from tracker_core.batch import KINDS, batch_errors
 from tracker_core.checks import POSITIVE, InputError, check_choice
 from tracker_core.experiment import Experiment
-from tracker_core.filters import run_filter
-from tracker_core.metrics import METRICS, measure
 from tracker_core.run import known_state, observe
-from tracker_core.stability import is_stable
 from tracker_core.types import FloatArray
 
 
@@ -46,17 +44,21 @@ The gains depend on the two variances through the tracking index T² √(σ_w²/
 """
 
 
+OBJECTIVES = tuple(f"{kind}_{how}" for kind in KINDS for how in ("total", "rmse", "max", "l2"))
+"""What can be looked at: the errors of `batch.KINDS`, their total, root mean square, greatest and L2, m."""
+
+
 def sweep(
     experiment: Experiment, parameter: str, values: Sequence[float], objective: str, seeds: Sequence[int]
 ) -> FloatArray:
-    """A figure of merit at every value of a parameter, for every seed. Remembered.
+    """A figure of merit at every value of a parameter, for every seed. Runs are remembered, for other ones as well.
 
     Args:
         experiment: one with constant gains; its design must have the field that the parameter sets.
         parameter: a name in SWEPT. Variances are in units in which the other one of the experiment is fixed: the
             sensor's at 1, the process's at (tracking_index/T²)².
         values: of the parameter, each in the domain of the design.
-        objective: a name in METRICS.
+        objective: a name in OBJECTIVES.
         seeds: of the noise, whole numbers >= 0.
 
     Returns:
@@ -67,31 +69,28 @@ def sweep(
         InputError: for an unknown parameter or objective, a design without that parameter, a value outside its domain.
     """
     check_choice("parameter", parameter, SWEPT)
-    check_choice("objective", objective, METRICS)
+    check_choice("objective", objective, OBJECTIVES)
     field = SWEPT[parameter][0]
     if getattr(experiment, field) is None:
         raise InputError("parameter", f"must be one of the design '{experiment.design}'", parameter)
-    return _sweep(experiment, parameter, tuple(values), objective, tuple(seeds))
+    found = _measured(experiment, parameter, tuple(values), tuple(seeds))
+    return found[OBJECTIVES.index(objective)]
 
 
-@lru_cache(maxsize=128)
-def _sweep(
-    experiment: Experiment, parameter: str, values: tuple[float, ...], objective: str, seeds: tuple[int, ...]
-) -> FloatArray:
+@lru_cache(maxsize=512)
+def _measured(experiment: Experiment, parameter: str, values: tuple[float, ...], seeds: tuple[int, ...]) -> FloatArray:
+    """All objectives, shape (len(OBJECTIVES), len(seeds), len(values)): the runs are what takes the time."""
     field, follow = SWEPT[parameter]
     settings: list[dict[str, Any]] = [{field: follow(experiment, value)} for value in values]
-    tried = [replace(experiment, **setting).gains() for setting in settings]
-    found = np.full((len(seeds), len(values)), np.nan)
+    vectors = np.array([replace(experiment, **setting).gains().vector for setting in settings])
+    found = np.empty((len(OBJECTIVES), len(seeds), len(values)))
     for row, seed in enumerate(seeds):
         seeded = replace(experiment, seed=seed)
         truth, measurements, _ = observe(seeded)
         before = known_state(seeded)
-        for column, gains in enumerate(tried):
-            track = run_filter(measurements, gains, start=experiment.start, initial_state=before)
-            if track.stopped_at is None:
-                # Only the lag asks whether the gains are stable.
-                steady = objective == "lag" and is_stable(gains)
-                merit = getattr(measure(track, measurements, truth, gains, stable=steady), objective)
-                found[row, column] = np.nan if merit is None else merit
+        errors = batch_errors(measurements, truth, vectors, start=experiment.start, initial_state=before)
+        for index, objective in enumerate(OBJECTIVES):
+            kind, how = objective.split("_")
+            found[index, row] = getattr(errors[kind], how)
     found.setflags(write=False)
     return found
