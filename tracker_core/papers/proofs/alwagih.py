@@ -12,7 +12,7 @@ from tracker_core.conventions import Gains
 from tracker_core.papers.document import number
 from tracker_core.papers.proof import Chart, Proof
 from tracker_core.papers.proofs.common import (
-    agrees,
+    agree,
     bars,
     cell,
     exact,
@@ -53,9 +53,9 @@ def hindsight() -> Proof:
         (
             ("σ of the measurements", metres(sigma)),
             ("RMS distance of M5's prediction to the measurement, x or y, the smaller", metres(nearest["m5"], 1)),
-            ("the same, M5 by past innovations", metres(nearest["m5-causal"], 1)),
+            ("the same distance, M5 by past innovations", metres(nearest["m5-causal"], 1)),
             ("correlation of M5's error with the noise of the same sample", plain(related["m5"], 2)),
-            ("the same, M5 by past innovations", plain(related["m5-causal"], 2)),
+            ("the same correlation, M5 by past innovations", plain(related["m5-causal"], 2)),
             ("RMSE in x, y, white noise: M5; by past innovations", _pair(errors)),
             ("RMSE in x, y, coloured noise: M5; by past innovations", _pair(coloured)),
         ),
@@ -126,7 +126,7 @@ def target() -> Proof:
     return Proof(
         "mean RMSE of the five sets of tables 1 and 2, and of 20 seeds on our target; eq. 27 and ratios: our medians",
         tuple(lines),
-        holds=all(same[colour, "y"] for colour in COLOURS) and same["white", "x"] and min(ratios) > 3,
+        holds=all(same[colour, "y"] for colour in COLOURS) and same["white", "x"] and bool(min(ratios) > 3),
     )
 
 
@@ -189,7 +189,7 @@ def _derived() -> list[_Cell]:
 def tables() -> Proof:
     """Which cells of tables 3 to 6 do not follow from tables 1 and 2."""
     cells = _derived()
-    wrong = [item for item in cells if not agrees(item.text, item.found)]
+    wrong = [item for item in cells if not agree(item.text, item.found)]
     flipped = [item for item in wrong if float(item.text) * float(item.found) < 0]
     shown = [item for item in wrong if item.table in "34" and abs(float(item.text) / float(item.found) - 1) > 0.05]
     count = {table: sum(item.table == table for item in wrong) for table in "3456"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from typing import Any
@@ -12,10 +12,11 @@ import numpy as np
 from tracker_core.conventions import Gains
 from tracker_core.design import MANUAL
 from tracker_core.experiment import PARAMETERS, Experiment
-from tracker_core.papers.document import half_unit, number, papers
+from tracker_core.papers.document import number, papers
 from tracker_core.papers.proof import Chart, Series
+from tracker_core.papers.reproduce import agrees
 from tracker_core.run import Result, run_experiment
-from tracker_core.types import GAIN_NAMES
+from tracker_core.types import GAIN_NAMES, FloatArray
 
 SEEDS = range(1, 21)
 HUNDRED = range(1, 101)
@@ -40,15 +41,21 @@ def results(experiment: Experiment, seeds: Iterable[int] = SEEDS) -> list[Result
     return [run_experiment(replace(experiment, seed=seed)) for seed in seeds]
 
 
-def figures(experiment: Experiment, metric: str, seeds: Iterable[int] = SEEDS) -> list[float]:
-    """One figure of merit of every run; infinite where the run has none."""
-    found = [getattr(result.metrics, metric) for result in results(experiment, seeds)]
-    return [np.inf if value is None else value for value in found]
+def compare(experiments: Sequence[Experiment], *metrics: str, seeds: Iterable[int] = SEEDS) -> FloatArray:
+    """Figures of merit of several filters on the same measurements.
+
+    Returns:
+        Shape (len(experiments), len(metrics), number of seeds); NaN where a run has none.
+    """
+    # Seed by seed: what is observed with one is remembered for the next filter.
+    runs = [[run_experiment(replace(one, seed=seed)).metrics for one in experiments] for seed in seeds]
+    found = [[[getattr(run, metric) for run in row] for row in runs] for metric in metrics]
+    return np.array(found, dtype=np.float64).transpose(2, 0, 1)
 
 
 def median(experiment: Experiment, metric: str, seeds: Iterable[int] = SEEDS) -> float:
-    """The median of a figure of merit over the seeds."""
-    return float(np.median(figures(experiment, metric, seeds)))
+    """The median of one figure of merit over the seeds."""
+    return float(np.median(compare([experiment], metric, seeds=seeds)))
 
 
 def cell(paper: str, table: str, row: str, column: str) -> str:
@@ -66,11 +73,9 @@ def printed(paper: str, table: str, row: str, column: str) -> float:
     return float(exact(paper, table, row, column))
 
 
-def agrees(text: str, value: float | Decimal) -> bool:
-    """Whether a value, rounded, is what is printed: within half a unit of the last digit."""
-    # A float may have lost its last digits on the way.
-    slack = Decimal("1e-12") * abs(number(text)) if isinstance(value, float) else 0
-    return abs(number(text) - Decimal(value)) <= half_unit(text) + slack
+def agree(text: str, value: float | Decimal) -> bool:
+    """Whether a value, rounded, is what is printed."""
+    return agrees(float(value), text)
 
 
 def plain(value: float | Decimal, decimals: int = 0) -> str:

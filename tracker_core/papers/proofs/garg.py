@@ -13,7 +13,7 @@ from tracker_core.design import DESIGNS
 from tracker_core.filters import run_filter
 from tracker_core.papers.proof import Chart, Proof
 from tracker_core.papers.proofs.common import (
-    agrees,
+    agree,
     cell,
     experiment_of,
     line,
@@ -47,7 +47,7 @@ def start() -> Proof:
         for speed in (40.0, 50.0)
     }
     same = {
-        speed: sum(agrees(text, float(x)) for text, x in zip(texts, track, strict=True))
+        speed: sum(agree(text, float(x)) for text, x in zip(texts, track, strict=True))
         for speed, track in found.items()
     }
     table = np.array([printed(PAPER, "accelerating-earlier", row, "x") for row in ROWS])

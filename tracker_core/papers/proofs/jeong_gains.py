@@ -11,18 +11,18 @@ import numpy as np
 from tracker_core.consistency import model_covariance
 from tracker_core.conventions import Gains
 from tracker_core.design import DESIGNS
+from tracker_core.experiment import Experiment
 from tracker_core.papers.document import number
 from tracker_core.papers.proof import Chart, Proof
 from tracker_core.papers.proofs.common import (
     HUNDRED,
-    agrees,
+    agree,
     bars,
     cell,
+    compare,
     digits,
     experiment_of,
-    figures,
     listed,
-    median,
     metres,
     plain,
     plane,
@@ -67,7 +67,7 @@ def zero_gamma() -> Proof:
         holds=rational == 0
         and not any(others)
         and rounded == 2.0**-51
-        and agrees(cell(PAPER, "1", "benedict-bordner", "gamma"), rounded)
+        and agree(cell(PAPER, "1", "benedict-bordner", "gamma"), rounded)
         and apart < 1e-6,
     )
 
@@ -83,31 +83,30 @@ def precedence() -> Proof:
     text, total = cell(PAPER, "2", "gray-murray", "gamma"), printed(PAPER, "5", "gray-murray", "tracking")
     wrong, right = beta**2 / 2 * alpha, beta**2 / (2 * alpha)
     run = experiment_of(PAPER, "gray-murray")
-    found = {
-        gamma: figures(with_gains(run, Gains((alpha, beta, gamma), "taylor")), "tracking_total", HUNDRED)
-        for gamma in (round(wrong, 4), round(right, 4))
-    }
-    bad, good = found.values()
+    gammas = (round(wrong, 4), round(right, 4))
+    filters = [with_gains(run, Gains((alpha, beta, gamma), "taylor")) for gamma in gammas]
+    (bad,), (good,) = compare(filters, "tracking_total", seeds=HUNDRED)
+    medians = [float(np.median(totals)) for totals in (bad, good)]
     return Proof(
         "γ = β²/2·α from left to right and γ = β²/(2α), and the ship tracked with both (100 seeds)",
         (
             ("β²/2·α of table 2's α and β", plain(wrong, 4)),
             ("β²/(2α), eq. 13", plain(right, 4)),
             ("γ printed in table 2", text),
-            (f"total tracking error with γ = {round(wrong, 4)}, median", metres(float(np.median(bad)))),
-            (f"total tracking error with γ = {round(right, 4)}, median", metres(float(np.median(good)))),
+            (f"total tracking error with γ = {gammas[0]}, median", metres(medians[0])),
+            (f"total tracking error with γ = {gammas[1]}, median", metres(medians[1])),
             ("total tracking error printed in table 5", metres(total)),
         ),
-        holds=agrees(text, wrong)
-        and not agrees(text, right)
-        and min(bad) > 1.9 * total
-        and abs(float(np.median(good)) / total - 1) < 0.1,
+        holds=agree(text, wrong)
+        and not agree(text, right)
+        and bad.min() > 1.9 * total
+        and abs(medians[1] / total - 1) < 0.1,
         chart=Chart(
             "Total tracking error of table 2's filter",
             "",
             "total, m",
             (
-                bars("recomputed", "predicted", {f"γ = {gamma}": float(np.median(v)) for gamma, v in found.items()}),
+                bars("recomputed", "predicted", {f"γ = {g}": v for g, v in zip(gammas, medians, strict=True)}),
                 bars("printed", "marker", {"table 5": total}),
             ),
         ),
@@ -118,7 +117,7 @@ def discounting() -> Proof:
     """Table 3 is computed from another xi than the text gives."""
     texts = [cell(PAPER, "3", "fading-memory", gain) for gain in ("alpha", "beta", "gamma")]
     gains = {xi: DESIGNS["fading-memory"].gains(3, xi=xi) for xi in (0.64, 0.62)}
-    same = {xi: [agrees(*pair) for pair in zip(texts, map(float, vector), strict=True)] for xi, vector in gains.items()}
+    same = {xi: [agree(*pair) for pair in zip(texts, map(float, vector), strict=True)] for xi, vector in gains.items()}
     behind = 1 - float(number(texts[0]))
     return Proof(
         "α = 1 − ξ³, β = 1.5(1 − ξ)²(1 + ξ), γ = (1 − ξ)³ at ξ = 0.62 and at 0.64",
@@ -140,10 +139,8 @@ def doubled_gain() -> Proof:
     proper = Gains.normalised(DESIGNS["fading-memory"].gains(3, xi=0.64))
     roots, equal = poles(run.gains()), poles(proper)
     designed = with_gains(run, proper)
-    totals = {
-        metric: [median(experiment, metric, HUNDRED) for experiment in (run, designed)]
-        for metric in ("tracking_total", "estimation_total")
-    }
+    metrics = ("tracking_total", "estimation_total")
+    totals = dict(zip(metrics, np.median(compare([run, designed], *metrics, seeds=HUNDRED), axis=2).T, strict=True))
     return Proof(
         "poles of (α, β, 2γ) and of (α, β, γ), γ = (1 − ξ)³, ξ = 0.64 (medians of 100 seeds)",
         (
@@ -173,7 +170,8 @@ def conventions() -> Proof:
     for name, (_, reading) in readings.items():
         found[name] = poles(Gains.normalised(reading(_fading(0.74))))
         best[name] = _best_xi(reading)
-    at_printed = [_ship(reading, 0.74, HUNDRED) for _, reading in list(readings.values())[:2]]
+    filters = [_reading(reading, 0.74) for _, reading in list(readings.values())[:2]]
+    at_printed = np.median(compare(filters, "tracking_total", seeds=HUNDRED), axis=2)[:, 0]
     spread = [max(abs(pole - 0.74) for pole in roots) for roots in found.values()]
     return Proof(
         "poles at ξ = 0.74 of three readings of eq. 23–28, and the ξ of the least total tracking error (5 seeds)",
@@ -199,15 +197,15 @@ def _fading(xi: float) -> FloatArray:
 
 
 def _best_xi(reading: Callable[[FloatArray], FloatArray]) -> float:
-    """On a grid of 0.01, on which every reading is stable."""
-    totals = {k / 100: _ship(reading, k / 100, FEW) for k in range(55, 80)}
-    return min(totals, key=totals.__getitem__)
+    """With the least median of the total tracking error, on a grid of 0.01."""
+    grid = [k / 100 for k in range(60, 77)]
+    totals = np.median(compare([_reading(reading, xi) for xi in grid], "tracking_total", seeds=FEW), axis=2)
+    return grid[int(totals.argmin())]
 
 
-def _ship(reading: Callable[[FloatArray], FloatArray], xi: float, seeds: range) -> float:
-    """Median total tracking error."""
-    gains = Gains.normalised(reading(_fading(xi)))
-    return median(with_gains(experiment_of(PAPER, "jerk"), gains), "tracking_total", seeds)
+def _reading(reading: Callable[[FloatArray], FloatArray], xi: float) -> Experiment:
+    """The ship tracked with the gains that a reading makes of the design's."""
+    return with_gains(experiment_of(PAPER, "jerk"), Gains.normalised(reading(_fading(xi))))
 
 
 def gray_murray() -> Proof:
@@ -219,7 +217,8 @@ def gray_murray() -> Proof:
     variances = [float(model.smoothed[0, 0]) for model in models]
     ahead = [float(model.predicted[0, 0]) for model in models]
     run = experiment_of(PAPER, "gray-murray")
-    ship = [median(replace(run, design=name), "tracking_total", HUNDRED) for name in (names[0], names[2])]
+    filters = [replace(run, design=name) for name in (names[0], names[2])]
+    ship = np.median(compare(filters, "tracking_total", seeds=HUNDRED), axis=2)[:, 0]
     kalata = DESIGNS["kalata"].gains(2, tracking_index=index)
     titles = ("Gray & Murray's equation", "eq. 10–13, γ/T²", "eq. 10–13, 2γ/T²")
     return Proof(

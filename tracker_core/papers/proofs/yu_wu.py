@@ -13,11 +13,11 @@ from tracker_core.manoeuvre import MANOEUVRES
 from tracker_core.papers.proof import Chart, Proof
 from tracker_core.papers.proofs.common import (
     bars,
+    compare,
     digits,
     experiment_of,
     line,
     listed,
-    median,
     plain,
     plane,
     pole_list,
@@ -146,8 +146,8 @@ def oracle() -> Proof:
     for sigma in (1, 10, 50):
         gamma, delta = (experiment_of(PAPER, f"{name}-sigma-{sigma}") for name in ("gamma", "delta"))
         causal = delta.counterpart() or delta
-        found = [median(run, "estimation_rmse") for run in (gamma, delta, causal)]
-        rows[sigma] = tuple(value / sigma for value in (median(gamma, "observation_rmse"), *found))
+        found = np.median(compare([gamma, delta, causal], "observation_rmse", "estimation_rmse"), axis=2) / sigma
+        rows[sigma] = (float(found[0, 0]), *map(float, found[:, 1]))
     titles = ("raw measurement", "γ oracle", "δ oracle", "bank (causal)")
     roles = ("observed", "predicted", "bad", "counterpart")
     gamma_run = experiment_of(PAPER, "gamma-sigma-10")

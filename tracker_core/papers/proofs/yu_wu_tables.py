@@ -9,7 +9,7 @@ from math import sqrt
 from tracker_core.noise import std_from_snr
 from tracker_core.papers.proof import Chart, Proof
 from tracker_core.papers.proofs.common import (
-    agrees,
+    agree,
     cell,
     exact,
     experiment_of,
@@ -36,13 +36,13 @@ def swapped_digits() -> Proof:
         for step in STEPS:
             over, under = (exact(PAPER, table, step, column) for column in ("gamma", "delta"))
             found[table, step] = 100 * (over / under - 1)
-    differ = [key for key, value in found.items() if not agrees(cell(PAPER, *key, "improvement"), value)]
+    differ = [key for key, value in found.items() if not agree(cell(PAPER, *key, "improvement"), value)]
     return Proof(
         "100 (γ/δ − 1) of every row of tables 1 and 2",
         (
             (
-                "γ and δ at T = 0.025 s in table 1",
-                " and ".join(cell(PAPER, "1", "0.025", c) for c in ("gamma", "delta")),
+                "L2 of γ and of δ at T = 0.025 s in table 1",
+                " and ".join(f"{power(printed(PAPER, '1', '0.025', c), 4)} m" for c in ("gamma", "delta")),
             ),
             ("improvement recomputed", f"{plain(found['1', '0.025'], 1)} %"),
             ("improvement printed", f"{cell(PAPER, '1', '0.025', 'improvement')} %"),
@@ -116,8 +116,8 @@ def swapped_columns() -> Proof:
     for (table, column), (source, name) in SWAPPED.items():
         for before, after in pairwise(STEPS):
             text = cell(PAPER, table, after, column)
-            there += agrees(text, _ratio(source, name, before, after))
-            here += agrees(text, _ratio(place[table], column.removesuffix("-ratio"), before, after))
+            there += agree(text, _ratio(source, name, before, after))
+            here += agree(text, _ratio(place[table], column.removesuffix("-ratio"), before, after))
     first = ("0.2", "0.1")
     return Proof(
         "the error at one T over that at the next, of the four columns of tables 1 and 2",
