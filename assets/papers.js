@@ -52,13 +52,13 @@
     const [part, state] = near[0] || due.find(([name]) => name in page.tables) || [];
     if (!part) return;
     if (near.length) root().dataset.state = "busy";
-    page.asked = { seq: ++seq, part };
+    page.asked = { seq: ++seq, part, theme: theme() };
     if (runsWanted(part)) progress(part, state);
     page.lost = setTimeout(() => {
       page.asked = null;
       next();
     }, LOST);
-    const request = { seq, paper: page.paper, part, theme: theme(), runs: state.next || null, wanted: page.seeds };
+    const request = { seq, paper: page.paper, part, theme: theme(), runs: state.runs || null, wanted: page.seeds };
     dash_clientside.set_props("papers-request", { data: request });
   }
 
@@ -67,15 +67,17 @@
     const { part } = page.asked;
     const state = page.parts.get(part);
     clearTimeout(page.lost);
-    page.asked = null;
+    for (const cell of answer.cells || []) fill(place(part).querySelector(`[data-cell="${cell.cell}"]`), cell);
     if (answer.error) {
       state.stopped = true;
       place(part).textContent = answer.error;
-    } else if (answer.next) {
-      Object.assign(state, { runs: answer.runs, next: answer.next });
+    } else if (answer.runs === undefined) {
+      state.shown = page.asked.theme;
     } else {
-      Object.assign(state, { runs: answer.runs || 0, next: null, shown: answer.wanted === undefined ? theme() : `runs ${answer.wanted}` });
+      state.runs = answer.runs;
+      if (answer.runs === answer.wanted) state.shown = `runs ${answer.wanted}`;
     }
+    page.asked = null;
     if (runsWanted(part)) progress(part, state);
     // Once Dash has put the answer in its place.
     setTimeout(() => {
@@ -97,6 +99,24 @@
   }
 
   // ------------------------------------------------------------------ what is said
+
+  function made(tag, attributes, ...inside) {
+    const element = document.createElement(tag);
+    for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+    element.append(...inside);
+    return element;
+  }
+
+  // The mark of a verdict is spelled out for who does not see it; that of an erratum leads there.
+  function fill(element, { text, interval, verdict, mark, said, erratum, why }) {
+    const link = erratum === null ? {} : { href: `#erratum-${erratum}` };
+    const attributes = { class: "verdict", "data-verdict": verdict, ...link };
+    const sign = made("span", { "aria-hidden": "true" }, mark);
+    const words = made("span", { class: "visually-hidden" }, said);
+    const verdictMark = made(erratum === null ? "span" : "a", attributes, sign, words);
+    element.replaceChildren(made("div", {}, `${text} `, verdictMark), made("div", { class: "interval" }, interval));
+    element.title = why;
+  }
 
   function progress(part, state) {
     const card = document.getElementById(part);
@@ -121,7 +141,7 @@
   document.addEventListener("change", (event) => {
     if (!page || !root() || event.target.id !== "papers-seeds") return;
     page.seeds = Number(event.target.value) || null;
-    for (const [part, state] of page.parts) if (runsWanted(part)) Object.assign(state, { next: null, stopped: false });
+    for (const [part, state] of page.parts) if (runsWanted(part)) Object.assign(state, { runs: 0, shown: null, stopped: false });
     const query = new URLSearchParams(location.search);
     if (page.seeds) query.set("seeds", page.seeds);
     else query.delete("seeds");

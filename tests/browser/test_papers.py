@@ -14,7 +14,7 @@ from tracker_core.papers import NAMES, count, papers, reproduce
 from tracker_core.papers.recipes import cells
 
 COMPLETE = "() => document.querySelector('#papers-verdicts').dataset.complete === 'yes'"
-SETTLED = "() => document.querySelector('#papers').dataset.state === 'settled'"
+SETTLED = "() => document.querySelector('#papers')?.dataset.state === 'settled'"
 
 
 def look_at(page, part):
@@ -22,7 +22,8 @@ def look_at(page, part):
     page.evaluate("part => document.getElementById(part).scrollIntoView({block: 'center'})", part)
     page.wait_for_function(
         """part => {const place = document.querySelector(`[data-part="${part}"]`);
-        return place && place.childElementCount && !place.textContent.includes('…')
+        return place && place.childElementCount
+          && [...place.querySelectorAll('.found')].every(cell => cell.textContent !== '…')
           && [...place.querySelectorAll('.js-plotly-plot')].every(gd => gd._fullLayout && gd._fullLayout.meta)
           && place.querySelectorAll('.js-plotly-plot').length === place.querySelectorAll('.dash-graph').length}""",
         arg=part,
@@ -122,11 +123,15 @@ def test_more_runs_show_progress_and_can_be_stopped(open_page):
 def test_figures_and_proofs_take_the_other_theme(open_page):
     page = open_page("papers?paper=jeong2017#erratum-4")
     look_at(page, "erratum-4")
+    look_at(page, "figure-11")
     page.click("#theme-switch")
-    page.wait_for_function(
-        """() => {const gd = document.querySelector('#erratum-4 .js-plotly-plot');
-        return gd && gd._fullLayout && gd._fullLayout.meta.theme === 'dark'}"""
-    )
+    for part in ("erratum-4", "figure-11"):
+        page.evaluate("part => document.getElementById(part).scrollIntoView({block: 'center'})", part)
+        page.wait_for_function(
+            """part => {const gd = document.querySelector(`#${part} .js-plotly-plot`);
+            return gd && gd._fullLayout && gd._fullLayout.meta.theme === 'dark'}""",
+            arg=part,
+        )
     page.wait_for_function(SETTLED)
 
 

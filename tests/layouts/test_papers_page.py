@@ -12,7 +12,7 @@ from dash import dcc, html
 from dash.development.base_component import Component
 
 from layouts.pages.papers.answers import COLUMNS, answer, table_csv
-from layouts.pages.papers.tables import KEYS, MARKS, table_view, value_text
+from layouts.pages.papers.tables import KEYS, MARKS, cell_content, table_view, value_text
 from layouts.pages.papers.view import explore_link, layout, read
 from layouts.state import from_query
 from layouts.theme import THEMES
@@ -28,11 +28,7 @@ RUNS = [(paper.name, run.name) for paper in papers().values() for run in paper.r
 
 def parts_of(component, kind=Component):
     """Every component inside another, itself included."""
-    found = [component] if isinstance(component, kind) else []
-    for child in component._traverse():
-        if isinstance(child, kind):
-            found.append(child)
-    return found
+    return [part for part in (component, *component._traverse()) if isinstance(part, kind)]
 
 
 def text_of(component):
@@ -61,7 +57,7 @@ def test_every_table_figure_and_erratum_has_its_place_and_a_way_to_it(name):
         *(f"figure-{figure.name}" for figure in paper.figures),
         *(f"erratum-{erratum.number}" for erratum in paper.errata),
     ]
-    assert [part.id["part"] for part in parts_of(page) if isinstance(getattr(part, "id", None), dict)] == wanted
+    assert [part["data-part"] for part in map(vars, parts_of(page)) if "data-part" in part] == wanted
     assert {part.id for part in parts_of(page) if isinstance(getattr(part, "id", None), str)} >= set(wanted)
     anchors = {link.href for link in parts_of(page, html.A)}
     assert anchors >= {f"#{part}" for part in wanted}
@@ -72,27 +68,28 @@ def test_every_table_figure_and_erratum_has_its_place_and_a_way_to_it(name):
 
 
 @EVERY_PAPER
-def test_every_printed_cell_is_there_before_anything_is_computed(name):
-    for table in papers()[name].tables:
-        rows = parts_of(table_view(table, None), html.Tr)[2:]
+def test_every_printed_cell_is_there_with_room_for_the_recomputed_one(name):
+    paper = papers()[name]
+    for table in paper.tables:
+        rows = parts_of(table_view(table), html.Tr)[2:]
         printed = [[text_of(cell) for cell in parts_of(row, html.Td)[::2]] for row in rows]
         assert printed == [list(row.cells) for row in table.rows]
+        places = [getattr(cell, "data-cell", None) for row in rows for cell in parts_of(row, html.Td)[1::2]]
+        assert [place for place in places if place] == [f"{c.row.name}|{c.column.name}" for c in cells(paper, table)]
 
 
 @EVERY_PAPER
 def test_every_recomputed_cell_has_a_mark_that_is_spelled_out(name):
     paper = papers()[name]
     for table in paper.tables:
-        outcomes = reproduce(paper, table, 2)
-        view = table_view(table, outcomes)
-        marks = [part for part in parts_of(view) if getattr(part, "className", "") == "verdict"]
-        assert len(marks) == len(outcomes) == len(cells(paper, table))
-        for mark, outcome in zip(marks, outcomes, strict=True):
-            sign, words = mark.children
-            assert getattr(mark, "data-verdict") == KEYS[outcome.verdict]
-            assert sign.children.startswith(MARKS[outcome.verdict])
-            assert words.children == outcome.said
-            assert (outcome.erratum is None) or mark.href == f"#erratum-{outcome.erratum}"
+        for outcome in reproduce(paper, table, 2):
+            content = cell_content(outcome)
+            assert content["cell"] == f"{outcome.row}|{outcome.column}"
+            assert content["verdict"] == KEYS[outcome.verdict]
+            assert content["mark"] == MARKS[outcome.verdict] + str(outcome.erratum or "")
+            assert content["said"] == outcome.said
+            assert outcome.reason in content["why"]
+            assert (content["interval"] == "") == (outcome.estimate is None)
 
 
 def test_marks_differ_without_colour():
@@ -164,22 +161,21 @@ def test_a_table_comes_in_steps_and_ends_with_what_the_core_says():
     request: dict = {"wanted": 30}
     seen = []
     while True:
-        view, rest = asked("yu2017", "table-1", **request)
+        children, rest = asked("yu2017", "table-1", **request)
+        assert children is None
         seen.append(rest["runs"])
         assert (rest["seq"], rest["part"], rest["wanted"]) == (7, "table-1", 30)
-        if rest["next"] is None:
+        if rest["runs"] == 30:
             break
-        request["runs"] = rest["next"]
+        request["runs"] = rest["runs"]
     assert seen == sorted(set(seen))
-    assert seen[0] == 2
-    assert seen[-1] == 30
     paper = papers()["yu2017"]
-    assert str(view) == str(table_view(paper.table("1"), reproduce(paper, paper.table("1"), 30)))
+    assert rest["cells"] == [cell_content(outcome) for outcome in reproduce(paper, paper.table("1"), 30)]
 
 
 def test_a_table_without_noise_comes_at_once():
     _, rest = asked("alwagih", "table-3")
-    assert (rest["runs"], rest["next"]) == (0, None)
+    assert (rest["runs"], rest["wanted"], len(rest["cells"])) == (0, 0, 12)
 
 
 @pytest.mark.parametrize("theme", THEMES)

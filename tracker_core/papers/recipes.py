@@ -24,7 +24,11 @@ from tracker_core.types import GAIN_NAMES
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """One printed cell, with where it stands."""
+    """One printed cell, with where it stands.
+
+    Attributes:
+        paper, table, row, column: what it is a cell of.
+    """
 
     paper: Paper
     table: Table

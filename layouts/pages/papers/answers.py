@@ -17,7 +17,7 @@ from fastapi.responses import PlainTextResponse, Response
 
 from layouts.components import GRAPH_CONFIG
 from layouts.figures.papers import chart_figure, illustration_figure
-from layouts.pages.papers.tables import table_view
+from layouts.pages.papers.tables import cell_content
 from layouts.pages.papers.view import place
 from layouts.theme import THEMES
 from tracker_core import InputError
@@ -28,7 +28,10 @@ FIRST = 2
 """Runs of the first answer about a table."""
 
 AT_ONCE = 0.4
-"""Seconds that an answer about a table is to take; more runs come with the next."""
+"""Seconds after which an answer about a table takes no more runs; they come with the next."""
+
+MOST = 16
+"""Runs that are taken between two looks at the clock."""
 
 COLUMNS = (
     "row", "column", "printed", "recomputed", "low", "high", "coverage", "runs", "difference_percent", "verdict",
@@ -54,7 +57,8 @@ def register(app: Dash) -> None:
             children, rest = await asyncio.to_thread(answer, request)
         except InputError as error:
             return {"seq": request.get("seq"), "part": request.get("part"), "error": str(error)}
-        set_props(place(str(request["part"])), {"children": children})
+        if children is not None:
+            set_props(place(str(request["part"])), {"children": children})
         return rest
 
     _add_files(app.server)
@@ -71,16 +75,16 @@ def _add_files(server: FastAPI) -> None:
         return Response(text, media_type="text/csv; charset=utf-8", headers=headers)
 
 
-def answer(request: Mapping[str, Any]) -> tuple[Component | list[Component], dict[str, Any]]:
+def answer(request: Mapping[str, Any]) -> tuple[Component | list[Component] | None, dict[str, Any]]:
     """What a part of a document came to.
 
     Args:
         request: `seq` of the request, `paper`, `part` ("table-5", "figure-8", "erratum-3"), `theme`; for a table how
-            many `runs` to take now, and how many are `wanted` in the end.
+            many `runs` there are already, and how many are `wanted` in the end.
 
     Returns:
-        What is to stand in the place of the part, and the rest of the answer: `seq`, `part`; for a table `runs` taken,
-        `wanted`, and how many to ask for `next` (None when all are there).
+        What is to stand in the place of a figure or a proof, and the rest of the answer: `seq`, `part`; for a table its
+        `cells` (Dash would take seconds to put hundreds of components there), `runs` taken and `wanted`.
 
     Raises:
         InputError: for a part that there is not, or a number of runs out of range.
@@ -90,8 +94,7 @@ def answer(request: Mapping[str, Any]) -> tuple[Component | list[Component], dic
     theme = check_choice("theme", request.get("theme"), THEMES)
     rest = {"seq": request.get("seq"), "part": request["part"]}
     if kind == "table":
-        children, progress = _table(paper, paper.table(name), request)
-        return children, rest | progress
+        return None, rest | _table(paper, paper.table(name), request)
     if kind == "figure":
         check_choice("part", name, [figure.name for figure in paper.figures])
         return _figure(paper.name, name, theme), rest
@@ -100,17 +103,20 @@ def answer(request: Mapping[str, Any]) -> tuple[Component | list[Component], dic
     return _proof(paper.name, int(name), theme), rest
 
 
-def _table(paper: Paper, table: Table, request: Mapping[str, Any]) -> tuple[Component, dict[str, Any]]:
+def _table(paper: Paper, table: Table, request: Mapping[str, Any]) -> dict[str, Any]:
     if not table.seeds:
-        return table_view(table, reproduce(paper, table)), {"runs": 0, "wanted": 0, "next": None}
+        outcomes = reproduce(paper, table)
+        return {"cells": [cell_content(outcome) for outcome in outcomes], "runs": 0, "wanted": 0}
     wanted = int(SEEDS.check("seeds", table.seeds if request.get("wanted") is None else request["wanted"]))
     runs = min(wanted, int(SEEDS.check("seeds", request.get("runs") or FIRST)))
-    begun = perf_counter()
+    begun, step = perf_counter(), FIRST
     outcomes = reproduce(paper, table, runs)
-    taken = max(perf_counter() - begun, 1e-3)
-    # As many more as would have taken about as long as an answer should.
-    more = min(wanted, max(runs + 1, int(runs * (1 + AT_ONCE / taken))))
-    return table_view(table, outcomes), {"runs": runs, "wanted": wanted, "next": more if runs < wanted else None}
+    while runs < wanted and (before := perf_counter()) < begun + AT_ONCE:
+        runs = min(wanted, runs + step)
+        outcomes = reproduce(paper, table, runs)
+        # What is remembered goes fast, and says nothing about what is not: the step stays small.
+        step = min(2 * step, MOST) if perf_counter() < before + AT_ONCE / 4 else 1
+    return {"cells": [cell_content(outcome) for outcome in outcomes], "runs": runs, "wanted": wanted}
 
 
 @lru_cache(maxsize=200)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Any
 
 from dash import html
 from dash.development.base_component import Component
@@ -21,22 +21,17 @@ PLAIN = 1e-4
 """Numbers below this are written with an exponent."""
 
 
-def verdict_mark(verdict: str, erratum: int | None = None) -> Component:
-    """The mark of a verdict, spelled out for who does not see it; that of an erratum leads to it."""
-    said = verdict if erratum is None else f"{verdict} {erratum}"
+def verdict_mark(verdict: str) -> Component:
+    """The mark of a verdict, spelled out for who does not see it."""
     mark = [
-        html.Span(MARKS[verdict] if erratum is None else f"{MARKS[verdict]}{erratum}", **{"aria-hidden": "true"}),
-        html.Span(said, className="visually-hidden"),
+        html.Span(MARKS[verdict], **{"aria-hidden": "true"}),
+        html.Span(verdict, className="visually-hidden"),
     ]
-    attributes = {"data-verdict": KEYS[verdict]}
-    if erratum is None:
-        return html.Span(mark, className="verdict", **attributes)
-    return html.A(mark, href=f"#erratum-{erratum}", className="verdict", **attributes)
+    return html.Span(mark, className="verdict", **{"data-verdict": KEYS[verdict]})
 
 
-def table_view(table: Table, outcomes: Sequence[Outcome] | None) -> Component:
-    """The table; without outcomes the printed cells alone, with room for the others."""
-    found = {(outcome.row, outcome.column): outcome for outcome in outcomes or ()}
+def table_view(table: Table) -> Component:
+    """What is printed, with room for the recomputed numbers; assets/papers.js puts `cell_content` there."""
     heads = [html.Th("", scope="col", rowSpan=2, **{"aria-label": "row"})]
     halves = []
     for column in table.columns:
@@ -47,27 +42,25 @@ def table_view(table: Table, outcomes: Sequence[Outcome] | None) -> Component:
     for row in table.rows:
         cells = [html.Th(row.title, scope="row")]
         for column, printed in zip(table.columns, row.cells, strict=True):
-            cells.append(html.Td(printed, className="printed"))
-            cells.append(_recomputed(printed, found.get((row.name, column.name))))
+            place = {} if printed == EMPTY else {"data-cell": f"{row.name}|{column.name}"}
+            kind = "found simulated" if table.seeds else "found"
+            cells += [html.Td(printed, className="printed"), html.Td("…" if place else "", className=kind, **place)]
         rows.append(html.Tr(cells))
     return html.Table([html.Thead([html.Tr(heads), html.Tr(halves)]), html.Tbody(rows)], className="printed-table")
 
 
-def _recomputed(printed: str, outcome: Outcome | None) -> Component:
-    if printed == EMPTY:
-        return html.Td("", className="found")
-    if outcome is None:
-        return html.Td([html.Div("…"), html.Div("", className="interval")], className="found")
-    below = _interval(outcome)
-    said = ". ".join(part for part in (_difference(outcome), outcome.reason) if part)
-    return html.Td(
-        [
-            html.Div([f"{value_text(outcome)} ", verdict_mark(outcome.verdict, outcome.erratum)]),
-            html.Div(below, className="interval") if below else None,
-        ],
-        className="found",
-        title=said,
-    )
+def cell_content(outcome: Outcome) -> dict[str, Any]:
+    """What stands in a recomputed cell: which one, the number, the interval under it, the verdict, and why."""
+    return {
+        "cell": f"{outcome.row}|{outcome.column}",
+        "text": value_text(outcome),
+        "interval": _interval(outcome),
+        "verdict": KEYS[outcome.verdict],
+        "mark": MARKS[outcome.verdict] + ("" if outcome.erratum is None else str(outcome.erratum)),
+        "said": outcome.said,
+        "erratum": outcome.erratum,
+        "why": ". ".join(part for part in (_difference(outcome), outcome.reason) if part),
+    }
 
 
 def value_text(outcome: Outcome) -> str:

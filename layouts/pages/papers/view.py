@@ -8,6 +8,7 @@ from typing import Any
 from dash import dcc, html
 from dash.development.base_component import Component
 
+from layouts.figures.papers import KINDS
 from layouts.pages.papers.tables import KEYS, table_view, verdict_mark
 from layouts.state import Settings, to_query
 from layouts.text import error_text
@@ -35,7 +36,8 @@ def layout(**query: str) -> Component:
             html.H1("The papers, run live", className="visually-hidden"),
             _contents(paper),
             html.Div(cards, className="paper-parts"),
-            html.Div(id="papers-live", className="visually-hidden", role="status"),
+            # plotly comes with the first graph: it is loaded while the tables are computed.
+            html.Div(dcc.Graph(figure={"data": [], "layout": {"meta": {}}}), hidden=True),
         ],
         id="papers",
         className="desk",
@@ -152,8 +154,7 @@ def _table(paper: Paper, table: Table, seeds: int | None) -> Component:
             _head(part, heading, tools),
             html.P(table.note, className="hint"),
             html.Div(
-                table_view(table, None),
-                id=place(part),
+                table_view(table),
                 className="table-frame",
                 tabIndex=0,
                 role="region",
@@ -195,6 +196,7 @@ def _figure(paper: Paper, figure: Illustration) -> Component:
                 id=place(part),
                 role="figure",
                 className="plot-frame",
+                style={"height": KINDS[figure.kind].height},
                 **{"data-part": part, "aria-label": f"{figure.title}. {figure.note}"},
             ),
             html.P(figure.note, className="hint"),
