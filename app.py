@@ -54,8 +54,8 @@ def build() -> Dash:
         update_title="",
         meta_tags=[{"name": "viewport", "content": "width=device-width, initial-scale=1"}],
     )
-    for page in PAGES:
-        register_page(page.__name__, path=page.PATH, name=page.NAME, title=page.TITLE, layout=page.layout)
+    for order, page in enumerate(PAGES):
+        register_page(page.__name__, path=page.PATH, name=page.NAME, title=page.TITLE, order=order, layout=page.layout)
         page.register(app, scenes)
     app.layout = shell.frame
     _finish(app)

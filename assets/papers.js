@@ -3,17 +3,17 @@
   "use strict";
 
   const AHEAD = "300px"; // what is nearer than this counts as in sight
-  const LOST = 20000; // ms after which a request is sent again
+  const LOST = 20000; // ms after which a part is asked for again
+  const RETRY = 1000; // ms until then where the server cannot be reached
   let page = null;
-  let seq = 0; // of all documents: an answer about the one before is none about this one
 
   const root = () => document.getElementById("papers");
   const place = (part) => root().querySelector(`[data-part="${part}"]`);
   const theme = () => document.documentElement.dataset.theme;
 
   function begin(data) {
-    if (page) stop();
-    page = { ...data, parts: new Map(), asked: null, lost: 0, watch: null, looked: false };
+    if (page) leave();
+    page = { ...data, parts: new Map(), plots: new Set(), asked: null, watch: null, looked: false };
     page.watch = new IntersectionObserver(look, { rootMargin: AHEAD });
     for (const element of root().querySelectorAll("[data-part]")) {
       page.parts.set(element.dataset.part, { near: false, shown: null, runs: 0, stopped: false });
@@ -25,15 +25,21 @@
     return data.paper;
   }
 
-  function stop() {
-    page.watch.disconnect();
-    clearTimeout(page.lost);
-  }
-
+  // What is taken from the page is reported as out of sight.
   function look(entries) {
+    if (!entries[0].target.isConnected) {
+      leave();
+      return;
+    }
     for (const entry of entries) page.parts.get(entry.target.dataset.part).near = entry.isIntersecting;
     page.looked = true;
     next();
+  }
+
+  function leave() {
+    page.watch.disconnect();
+    for (const plot of page.plots) Plotly.purge(plot);
+    page.plots.clear();
   }
 
   // ------------------------------------------------------------------ one request in flight
@@ -52,48 +58,51 @@
     const [part, state] = near[0] || due.find(([name]) => name in page.tables) || [];
     if (!part) return;
     if (near.length) root().dataset.state = "busy";
-    page.asked = { seq: ++seq, part, theme: theme() };
+    page.asked = { part, theme: theme() };
     if (runsWanted(part)) progress(part, state);
-    page.lost = setTimeout(() => {
-      page.asked = null;
-      next();
-    }, LOST);
-    const request = { seq, paper: page.paper, part, theme: theme(), runs: state.runs || null, wanted: page.seeds };
-    dash_clientside.set_props("papers-request", { data: request });
+    const query = new URLSearchParams({ theme: theme() });
+    if (state.runs) query.set("runs", state.runs);
+    if (page.seeds) query.set("wanted", page.seeds);
+    ask(page.asked, `/papers/${page.paper}/${part}.json?${query}`);
   }
 
-  function finish(answer) {
-    if (!page || !page.asked || !answer || answer.seq !== page.asked.seq) return dash_clientside.no_update;
-    const { part } = page.asked;
+  async function ask(asked, address) {
+    let answer = null;
+    try {
+      const response = await fetch(address, { signal: AbortSignal.timeout(LOST) });
+      answer = await response.json();
+    } catch (error) {
+      // It is asked again.
+      await new Promise((resolve) => setTimeout(resolve, RETRY));
+    }
+    if (!page || page.asked !== asked || !root()) return;
+    page.asked = null;
+    if (answer) finish(asked, answer);
+    next();
+  }
+
+  function finish({ part, theme }, answer) {
     const state = page.parts.get(part);
-    clearTimeout(page.lost);
-    for (const cell of answer.cells || []) fill(place(part).querySelector(`[data-cell="${cell.cell}"]`), cell);
     if (answer.error) {
       state.stopped = true;
       place(part).textContent = answer.error;
-    } else if (answer.runs === undefined) {
-      state.shown = page.asked.theme;
-    } else {
+    } else if (answer.cells) {
+      for (const cell of answer.cells) fill(place(part).querySelector(`[data-cell="${cell.cell}"]`), cell);
       state.runs = answer.runs;
       if (answer.runs === answer.wanted) state.shown = `runs ${answer.wanted}`;
+    } else {
+      state.shown = theme;
+      if (answer.figure) draw(place(part), answer.figure);
+      else prove(place(part), answer.proof);
     }
-    page.asked = null;
     if (runsWanted(part)) progress(part, state);
-    // Once Dash has put the answer in its place.
-    setTimeout(() => {
-      if (root()) count();
-      next();
-    });
-    return answer.seq;
+    count();
   }
 
   // Everything in sight is there; plotly draws a moment later.
   function rest() {
     if (!root() || page.asked) return;
-    const drawn = [...root().querySelectorAll(".dash-graph")].every((graph) => {
-      const plot = graph.querySelector(".js-plotly-plot");
-      return plot && plot._fullLayout && plot._fullLayout.meta;
-    });
+    const drawn = [...root().querySelectorAll("[data-plot]")].every((plot) => plot._fullLayout && plot._fullLayout.meta);
     if (drawn) root().dataset.state = "settled";
     else requestAnimationFrame(() => page && rest());
   }
@@ -116,6 +125,32 @@
     const verdictMark = made(erratum === null ? "span" : "a", attributes, sign, words);
     element.replaceChildren(made("div", {}, `${text} `, verdictMark), made("div", { class: "interval" }, interval));
     element.title = why;
+  }
+
+  // plotly comes with Dash's first graph.
+  async function draw(element, figure) {
+    element.dataset.plot = "";
+    while (!window.Plotly) await new Promise((resolve) => setTimeout(resolve, 50));
+    if (!element.isConnected) return;
+    page.plots.add(element);
+    Plotly.react(element, figure.data, figure.layout, page.config);
+  }
+
+  function prove(element, { formula, lines, holds, label, figure }) {
+    const rows = lines.map(([name, value]) => made("tr", {}, made("th", { scope: "row" }, name), made("td", {}, value)));
+    const verdict = holds ? "The numbers prove it." : "The numbers do not prove it.";
+    const parts = [
+      made("p", { class: "proof-formula" }, formula),
+      made("table", {}, made("tbody", {}, ...rows)),
+      made("p", { class: "proof-verdict", "data-tone": holds ? "good" : "bad" }, verdict),
+    ];
+    if (figure) parts.push(made("div", { class: "plot-frame", role: "figure", "aria-label": label }));
+    for (const plot of element.querySelectorAll("[data-plot]")) {
+      Plotly.purge(plot);
+      page.plots.delete(plot);
+    }
+    element.replaceChildren(...parts);
+    if (figure) draw(parts[3], figure);
   }
 
   function progress(part, state) {
@@ -189,5 +224,5 @@
   window.addEventListener("hashchange", () => page && showPlace());
   document.addEventListener("themechange", () => page && next());
 
-  window.dash_clientside = Object.assign({}, window.dash_clientside, { papers: { begin, finish } });
+  window.dash_clientside = Object.assign({}, window.dash_clientside, { papers: { begin } });
 })();

@@ -14,18 +14,12 @@ sys.path.insert(0, str(ROOT))
 from scripts.reference import table  # noqa: E402
 from tracker_core import Experiment, Metrics, run_experiment  # noqa: E402
 from tracker_core.papers import papers  # noqa: E402
+from tracker_core.papers.document import number  # noqa: E402
 
 TARGET = ROOT / "docs" / "selection-figures.md"
 SETS = range(1, 6)
 SEEDS = range(1, 21)
-PRINTED = {
-    # Tables 1 and 2 of Yu & Wu: gamma L2, delta L2, gamma Lmax, delta Lmax.
-    "0.2": (4.2008e-3, 2.1852e-3, 3.8833e-1, 1.9120e-1),
-    "0.1": (5.2863e-4, 2.9665e-4, 9.9434e-2, 7.2576e-2),
-    "0.05": (8.7292e-5, 2.0347e-5, 1.9723e-2, 8.4185e-3),
-    "0.025": (1.4708e-5, 2.5308e-6, 6.2509e-3, 1.7183e-3),
-    "0.0125": (2.5829e-6, 8.0670e-8, 1.4152e-3, 1.1872e-4),
-}
+INTERVALS = ("0.2", "0.1", "0.05", "0.025", "0.0125")
 METHODS = ("m1", "m2", "m3", "m4", "m5", "m5-causal")
 TITLES = ("M1", "M2", "M3", "M4", "M5", "M5c")
 
@@ -33,7 +27,7 @@ TITLES = ("M1", "M2", "M3", "M4", "M5", "M5c")
 def figures() -> str:
     """The whole page."""
     runs = {f"{paper.name}/{run.name}": run.experiment for paper in papers().values() for run in paper.runs}
-    cells = {interval: _yu_wu(runs, interval) for interval in PRINTED}
+    cells = {interval: _yu_wu(runs, interval) for interval in INTERVALS}
     parts = [
         "# What the selection methods came to",
         "",
@@ -55,7 +49,7 @@ def figures() -> str:
         "",
         *table(
             ["T, s", *(text for name in ("γ L2", "δ L2", "γ Lmax", "δ Lmax") for text in (name, "printed"))],
-            [[interval, *_pairs(cells[interval], PRINTED[interval])] for interval in PRINTED],
+            [[interval, *_pairs(cells[interval], _printed(interval))] for interval in INTERVALS],
         ),
         f"Root mean square of log10(found/printed) over the twenty cells: {_distance(cells):.3f}.",
         "",
@@ -97,7 +91,7 @@ def _metrics(experiment: Experiment) -> list[Metrics]:
 
 
 def _yu_wu(runs: dict[str, Experiment], interval: str) -> list[float]:
-    """As PRINTED, found."""
+    """Gamma L2, delta L2, gamma Lmax, delta Lmax, found."""
     found = {name: _metrics(runs[f"yu2017/{name}-{interval}"]) for name in ("gamma", "delta")}
     return [
         float(np.median([getattr(metrics, figure) for metrics in found[name]]))
@@ -106,12 +100,18 @@ def _yu_wu(runs: dict[str, Experiment], interval: str) -> list[float]:
     ]
 
 
-def _pairs(found: list[float], printed: tuple[float, ...]) -> list[str]:
+def _printed(interval: str) -> list[float]:
+    """The same, printed."""
+    tables = papers()["yu2017"].tables
+    return [float(number(table.printed(interval, name))) for table in tables[:2] for name in ("gamma", "delta")]
+
+
+def _pairs(found: list[float], printed: list[float]) -> list[str]:
     return [f"{value:.3g}" for pair in zip(found, printed, strict=True) for value in pair]
 
 
 def _distance(cells: dict[str, list[float]]) -> float:
-    ratios = [np.log10(np.array(cells[interval]) / PRINTED[interval]) for interval in PRINTED]
+    ratios = [np.log10(np.array(cells[interval]) / _printed(interval)) for interval in INTERVALS]
     return float(np.sqrt(np.mean(np.square(ratios))))
 
 

@@ -22,18 +22,16 @@ def look_at(page, part):
     page.evaluate("part => document.getElementById(part).scrollIntoView({block: 'center'})", part)
     page.wait_for_function(
         """part => {const place = document.querySelector(`[data-part="${part}"]`);
-        return place && place.childElementCount
-          && [...place.querySelectorAll('.found')].every(cell => cell.textContent !== '…')
-          && [...place.querySelectorAll('.js-plotly-plot')].every(gd => gd._fullLayout && gd._fullLayout.meta)
-          && place.querySelectorAll('.js-plotly-plot').length === place.querySelectorAll('.dash-graph').length}""",
+        return place.childElementCount && [...place.querySelectorAll('.found')].every(cell => cell.textContent !== '…')
+          && [...document.querySelectorAll(`#${part} [data-plot]`)].every(gd => gd._fullLayout?.meta)}""",
         arg=part,
     )
 
 
 def metas(page, part):
-    """What the plots of a part say of themselves, and how many traces and points they have."""
+    """What the plots of a part say of themselves, and how many traces they have."""
     return page.evaluate(
-        """part => [...document.querySelectorAll(`[data-part="${part}"] .js-plotly-plot`)].map(gd => ({
+        """part => [...document.querySelectorAll(`#${part} [data-plot]`)].map(gd => ({
         ...gd._fullLayout.meta, traces: gd._fullData.length}))""",
         part,
     )
@@ -128,7 +126,7 @@ def test_figures_and_proofs_take_the_other_theme(open_page):
     for part in ("erratum-4", "figure-11"):
         page.evaluate("part => document.getElementById(part).scrollIntoView({block: 'center'})", part)
         page.wait_for_function(
-            """part => {const gd = document.querySelector(`#${part} .js-plotly-plot`);
+            """part => {const gd = document.querySelector(`#${part} [data-plot]`);
             return gd && gd._fullLayout && gd._fullLayout.meta.theme === 'dark'}""",
             arg=part,
         )

@@ -33,6 +33,12 @@ def test_what_a_script_has_written_is_what_it_would_write(name, write):
     assert module.TARGET.read_text(encoding="utf-8") == getattr(module, write)(), f"run scripts/{name}.py"
 
 
+def test_the_documents_recomputed_are_those_of_today():
+    module = script("papers")
+    assert module.TARGET.read_text(encoding="utf-8") == module.page(), "run scripts/papers.py"
+    assert module.README.read_text(encoding="utf-8") == module.readme(), "run scripts/papers.py"
+
+
 def test_the_example_of_the_readme_runs(capsys):
     (example,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     names: dict = {}

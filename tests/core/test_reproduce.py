@@ -101,6 +101,21 @@ def test_seven_of_jeongs_eight_totals_lie_within_six_percent():
     assert [each.verdict for each in far.values()] == [ERRATUM]
 
 
+@pytest.mark.parametrize(
+    ("row", "value", "margin"), [("alpha", 0.84, 0.02), ("xi-3", 0.62, 0.02), ("xi-4", 0.74, 0.02)]
+)
+def test_searches_with_the_two_point_start_find_the_optima(row, value, margin):
+    assert outcomes("jeong2017", "text")[row, "value"].value == pytest.approx(value, abs=margin + 1e-12)
+
+
+def test_the_search_over_decades_finds_the_printed_variance():
+    assert outcomes("jeong2017", "text")["process-variance", "value"].value == 1e-3
+
+
+def test_no_cell_of_table_6_is_left_open():
+    assert OPEN not in {outcome.verdict for outcome in outcomes("jeong2017", "6").values()}
+
+
 def test_the_numbers_of_yu_and_wu_are_those_of_the_reconstruction():
     table = papers()["yu2017"].table("1")
     outcome = outcomes("yu2017", "1")["0.2", "gamma"]

@@ -407,7 +407,7 @@ def test_the_frame_holds_the_page_and_the_buttons(dash_app):
 def test_every_page_can_be_gone_to(dash_app):
     links = [part for part in walk(frame()) if type(part).__name__ == "Link"]
     assert [(text_of(link), attribute(link, "href")) for link in links] == [
-        ("Explore", "/"), ("Stability", "/stability"), ("3-D", "/3d"),
+        ("Explore", "/"), ("Stability", "/stability"), ("3-D", "/3d"), ("Papers", "/papers"),
     ]  # fmt: skip
     for link in links:
         # What the script finds them by, so that they carry the present filter.

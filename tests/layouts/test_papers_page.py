@@ -16,7 +16,6 @@ from layouts.pages.papers.tables import KEYS, MARKS, cell_content, table_view, v
 from layouts.pages.papers.view import explore_link, layout, read
 from layouts.state import from_query
 from layouts.theme import THEMES
-from tracker_core import InputError
 from tracker_core.papers import NAMES, VERDICTS, Outcome, papers, reproduce
 from tracker_core.papers.document import EMPTY
 from tracker_core.papers.recipes import cells
@@ -42,8 +41,8 @@ def text_of(component):
     return text_of(getattr(component, "children", None) or "")
 
 
-def asked(paper, part, **more):
-    return answer({"seq": 7, "paper": paper, "part": part, "theme": "light", **more})
+def asked(paper, part, **options):
+    return answer(paper, part, {"theme": "light", **{name: str(value) for name, value in options.items()}})
 
 
 # What stands on the page -------------------------------------------------------------------------------------------
@@ -158,55 +157,65 @@ def test_recomputed_numbers_have_the_digits_that_mean_something(printed, value, 
 
 
 def test_a_table_comes_in_steps_and_ends_with_what_the_core_says():
-    request: dict = {"wanted": 30}
-    seen = []
-    while True:
-        children, rest = asked("yu2017", "table-1", **request)
-        assert children is None
-        seen.append(rest["runs"])
-        assert (rest["seq"], rest["part"], rest["wanted"]) == (7, "table-1", 30)
-        if rest["runs"] == 30:
-            break
-        request["runs"] = rest["runs"]
-    assert seen == sorted(set(seen))
+    seen = [asked("yu2017", "table-1", wanted=30)]
+    while seen[-1]["runs"] < 30:
+        seen.append(asked("yu2017", "table-1", wanted=30, runs=seen[-1]["runs"]))
+    runs = [each["runs"] for each in seen]
+    assert runs == sorted(set(runs))
+    assert {each["wanted"] for each in seen} == {30}
     paper = papers()["yu2017"]
-    assert rest["cells"] == [cell_content(outcome) for outcome in reproduce(paper, paper.table("1"), 30)]
+    assert seen[-1]["cells"] == [cell_content(outcome) for outcome in reproduce(paper, paper.table("1"), 30)]
+
+
+def test_a_step_ends_soon(monkeypatch):
+    """Time is looked at between runs: a table of a thousand is answered long before they are all there."""
+    now = iter(range(1000))
+    monkeypatch.setattr("layouts.pages.papers.answers.perf_counter", lambda: next(now))
+    found = asked("jeong2017", "table-5", wanted=1000)
+    assert found["runs"] < 10
+    assert len(found["cells"]) == 6
 
 
 def test_a_table_without_noise_comes_at_once():
-    _, rest = asked("alwagih", "table-3")
-    assert (rest["runs"], rest["wanted"], len(rest["cells"])) == (0, 0, 12)
+    found = asked("alwagih", "table-3")
+    assert (found["runs"], found["wanted"], len(found["cells"])) == (0, 0, 12)
 
 
 @pytest.mark.parametrize("theme", THEMES)
 def test_figures_and_proofs_follow_the_theme(theme):
-    figure, _ = answer({"seq": 1, "paper": "garg2021", "part": "figure-alpha-beta", "theme": theme})
-    assert figure.figure["layout"]["meta"]["theme"] == theme
-    proof, _ = answer({"seq": 1, "paper": "jeong2017", "part": "erratum-4", "theme": theme})
-    (graph,) = [part for component in proof for part in parts_of(component, dcc.Graph)]
-    assert graph.figure["layout"]["meta"]["theme"] == theme
-    assert "The numbers prove it." in text_of(proof)
+    figure = asked("garg2021", "figure-alpha-beta", theme=theme)["figure"]
+    assert figure["layout"]["meta"]["theme"] == theme
+    proof = asked("jeong2017", "erratum-4", theme=theme)["proof"]
+    assert proof["figure"]["layout"]["meta"]["theme"] == theme
+    assert proof["holds"]
+    assert len(proof["lines"]) > 2
 
 
 @pytest.mark.parametrize(
-    ("request_", "message"),
+    ("path", "status", "message"),
     [
-        ({"paper": "nobody"}, "^paper must be one of"),
-        ({"paper": None}, "^paper must be one of"),
-        ({"part": "table-9"}, "^table must be one of"),
-        ({"part": "figure-99"}, "^part must be one of"),
-        ({"part": "erratum-0"}, "^part must be one of"),
-        ({"part": "chapter-1"}, "^part must be one of"),
-        ({"part": None}, "^part must be one of"),
-        ({"theme": "sepia"}, "^theme must be one of"),
-        ({"runs": 1e9}, "^seeds must be a whole number"),
-        ({"wanted": -1}, "^seeds must be a whole number"),
-        ({"wanted": "many"}, "^seeds must be a whole number"),
+        ("nobody/table-1.json?theme=light", 404, "paper must be one of"),
+        ("jeong2017/table-9.json?theme=light", 404, "part must be one of"),
+        ("jeong2017/figure-99.json?theme=light", 404, "part must be one of"),
+        ("jeong2017/erratum-0.json?theme=light", 404, "part must be one of"),
+        ("jeong2017/chapter-1.json?theme=light", 404, "part must be one of"),
+        ("jeong2017/figure-1.json?theme=sepia", 400, "theme must be one of"),
+        ("jeong2017/figure-1.json", 400, "theme must be one of"),
+        ("jeong2017/table-5.json?runs=1e9", 400, "seeds must be a whole number"),
+        ("jeong2017/table-5.json?wanted=-1", 400, "seeds must be a whole number"),
+        ("jeong2017/table-5.json?wanted=many", 400, "seeds must be a whole number"),
     ],
 )
-def test_what_is_not_there_is_refused(request_, message):
-    with pytest.raises(InputError, match=message):
-        answer({"seq": 1, "paper": "jeong2017", "part": "table-5", "theme": "light", **request_})
+def test_what_is_not_there_is_refused(path, status, message, get):
+    found = get(f"/papers/{path}")
+    assert found.status_code == status
+    assert found.headers["content-type"] == "application/json"
+    assert found.json()["error"].startswith(message)
+
+
+def test_parts_are_served(get):
+    assert get("/papers/alwagih/table-5.json").json()["runs"] == 0
+    assert get("/papers/garg2021/figure-lag.json?theme=dark").json()["figure"]["layout"]["meta"]["theme"] == "dark"
 
 
 # Tables as files ---------------------------------------------------------------------------------------------------
@@ -216,7 +225,7 @@ def test_what_is_not_there_is_refused(request_, message):
 def test_a_table_as_a_file_has_both_columns(name):
     paper = papers()[name]
     for table in paper.tables:
-        rows = list(csv.DictReader(io.StringIO(table_csv(name, table.name, "2"))))
+        rows = list(csv.DictReader(io.StringIO(table_csv(name, f"table-{table.name}", "2"))))
         outcomes = reproduce(paper, table, 2)
         assert [(row["printed"], float(row["recomputed"])) for row in rows] == [(o.printed, o.value) for o in outcomes]
         assert [row["verdict"] for row in rows] == [o.said for o in outcomes]
@@ -232,7 +241,8 @@ def test_files_are_served(get):
     assert found.text.splitlines()[0] == ",".join(COLUMNS)
     for path, status, said in (
         ("/papers/nobody/table-1.csv", 404, "paper must be one of"),
-        ("/papers/yu2017/table-9.csv", 404, "table must be one of"),
+        ("/papers/yu2017/table-9.csv", 404, "part must be one of"),
+        ("/papers/yu2017/figure-1.csv", 404, "part must be one of"),
         ("/papers/yu2017/table-1.csv?seeds=0", 400, "seeds must be a whole number"),
         ("/papers/yu2017/table-1.csv?seeds=x", 400, "seeds must be a whole number"),
     ):

@@ -66,6 +66,7 @@ class Row:
         cells: one per column, as printed; EMPTY where nothing is.
         run: name of the run that the row reports; empty for none.
         recipe: recomputes the cells instead of the columns' recipes; empty for none.
+        recipes: the same for single cells, by column.
         options: what the recipe is told beside the columns' options.
     """
 
@@ -74,6 +75,7 @@ class Row:
     cells: tuple[str, ...]
     run: str
     recipe: str
+    recipes: Mapping[str, str]
     options: Mapping[str, Any]
 
 
@@ -245,7 +247,7 @@ def _column(data: dict[str, Any]) -> Column:
 
 def _row(data: dict[str, Any]) -> Row:
     name, title, cells = data.pop("name"), data.pop("title"), tuple(data.pop("cells"))
-    return Row(name, title, cells, data.pop("run", ""), data.pop("recipe", ""), data)
+    return Row(name, title, cells, data.pop("run", ""), data.pop("recipe", ""), data.pop("recipes", {}), data)
 
 
 def _illustration(data: dict[str, Any]) -> Illustration:

@@ -43,7 +43,7 @@ class Cell:
     @property
     def recipe(self) -> str:
         """The name of its recipe."""
-        return self.row.recipe or self.column.recipe
+        return self.row.recipes.get(self.column.name) or self.row.recipe or self.column.recipe
 
     def option(self, name: str, default: Any = None) -> Any:
         """What the recipe is told: by the row, else by the column."""
@@ -151,6 +151,7 @@ def _next_prediction(cell: Cell) -> float:
 
 
 def _copy(cell: Cell) -> float:
+    """What another table prints; the row there may have another name."""
     return cell.number(cell.option("row", cell.row.name), cell.option("column", cell.column.name))
 
 

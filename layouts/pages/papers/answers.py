@@ -1,4 +1,8 @@
-"""What the Papers page answers: a table recomputed, a figure redrawn, a proof carried out; and tables as files."""
+"""What the Papers page answers: a table recomputed, a figure redrawn, a proof carried out; and tables as files.
+
+Every part has an address of its own. Dash's callbacks would put components where the page's script puts text and
+plots, in many times the time.
+"""
 
 from __future__ import annotations
 
@@ -10,15 +14,14 @@ from functools import lru_cache
 from time import perf_counter
 from typing import Any
 
-from dash import ClientsideFunction, Dash, Input, Output, dcc, html, set_props
-from dash.development.base_component import Component
-from fastapi import FastAPI
+import orjson
+from dash import ClientsideFunction, Dash, Input, Output
+from fastapi import FastAPI, Request
 from fastapi.responses import PlainTextResponse, Response
 
-from layouts.components import GRAPH_CONFIG
+from layouts.figures.common import Figure
 from layouts.figures.papers import chart_figure, illustration_figure
 from layouts.pages.papers.tables import cell_content
-from layouts.pages.papers.view import place
 from layouts.theme import THEMES
 from tracker_core import InputError
 from tracker_core.checks import check_choice
@@ -40,75 +43,76 @@ COLUMNS = (
 
 
 def register(app: Dash) -> None:
-    """Attach the page's callbacks and the tables as files."""
+    """Attach the page's beginning, and the addresses of its parts."""
     app.clientside_callback(
         ClientsideFunction("papers", "begin"), Output("papers-begun", "data"), Input("papers-beginning", "data")
     )
-    app.clientside_callback(
-        ClientsideFunction("papers", "finish"),
-        Output("papers-answered", "data"),
-        Input("papers-answer", "data"),
-        prevent_initial_call=True,
-    )
+    _add_routes(app.server)
 
-    @app.callback(Output("papers-answer", "data"), Input("papers-request", "data"), prevent_initial_call=True)
-    async def update(request: dict[str, Any]) -> dict[str, Any]:
+
+def _add_routes(server: FastAPI) -> None:
+    @server.get("/papers/{paper}/{part}.json")
+    async def part(paper: str, part: str, request: Request) -> Response:
         try:
-            children, rest = await asyncio.to_thread(answer, request)
+            found = await asyncio.to_thread(answer, paper, part, request.query_params)
         except InputError as error:
-            return {"seq": request.get("seq"), "part": request.get("part"), "error": str(error)}
-        if children is not None:
-            set_props(place(str(request["part"])), {"children": children})
-        return rest
+            return Response(orjson.dumps({"error": str(error)}), _status(error), media_type="application/json")
+        return Response(orjson.dumps(found), media_type="application/json")
 
-    _add_files(app.server)
-
-
-def _add_files(server: FastAPI) -> None:
-    @server.get("/papers/{paper}/table-{table}.csv")
-    async def table_file(paper: str, table: str, seeds: str | None = None) -> Response:
+    @server.get("/papers/{paper}/{table}.csv")
+    async def table(paper: str, table: str, request: Request) -> Response:
         try:
-            text = await asyncio.to_thread(table_csv, paper, table, seeds)
+            text = await asyncio.to_thread(table_csv, paper, table, request.query_params.get("seeds"))
         except InputError as error:
-            return PlainTextResponse(f"{error}\n", status_code=404 if error.field in ("paper", "table") else 400)
-        headers = {"Content-Disposition": f'attachment; filename="{paper}-table-{table}.csv"'}
+            return PlainTextResponse(f"{error}\n", _status(error))
+        headers = {"Content-Disposition": f'attachment; filename="{paper}-{table}.csv"'}
         return Response(text, media_type="text/csv; charset=utf-8", headers=headers)
 
 
-def answer(request: Mapping[str, Any]) -> tuple[Component | list[Component] | None, dict[str, Any]]:
+def _status(error: InputError) -> int:
+    """Not found for what a document does not have, else a bad request."""
+    return 404 if error.field in ("paper", "part") else 400
+
+
+def answer(paper: str, part: str, options: Mapping[str, str]) -> dict[str, Any]:
     """What a part of a document came to.
 
     Args:
-        request: `seq` of the request, `paper`, `part` ("table-5", "figure-8", "erratum-3"), `theme`; for a table how
-            many `runs` there are already, and how many are `wanted` in the end.
+        paper: name of the document.
+        part: "table-5", "figure-8" or "erratum-3".
+        options: `theme`; for a table how many `runs` there are already, and how many are `wanted` in the end.
 
     Returns:
-        What is to stand in the place of a figure or a proof, and the rest of the answer: `seq`, `part`; for a table its
-        `cells` (Dash would take seconds to put hundreds of components there), `runs` taken and `wanted`.
+        For a table its `cells`, `runs` taken and `wanted`; a `figure`; or a `proof`.
 
     Raises:
         InputError: for a part that there is not, or a number of runs out of range.
     """
-    paper = papers()[check_choice("paper", request.get("paper"), NAMES)]
-    kind, _, name = str(request.get("part")).partition("-")
-    theme = check_choice("theme", request.get("theme"), THEMES)
-    rest = {"seq": request.get("seq"), "part": request["part"]}
+    document, kind, name = _named(paper, part)
     if kind == "table":
-        return None, rest | _table(paper, paper.table(name), request)
-    if kind == "figure":
-        check_choice("part", name, [figure.name for figure in paper.figures])
-        return _figure(paper.name, name, theme), rest
-    check_choice("part", kind, ("erratum",))
-    check_choice("part", name, [str(erratum.number) for erratum in paper.errata])
-    return _proof(paper.name, int(name), theme), rest
+        return _table(document, document.table(name), options)
+    theme = check_choice("theme", options.get("theme"), THEMES)
+    return {"figure": _figure(paper, name, theme)} if kind == "figure" else {"proof": _proof(paper, int(name), theme)}
 
 
-def _table(paper: Paper, table: Table, request: Mapping[str, Any]) -> dict[str, Any]:
+def _named(paper: str, part: str) -> tuple[Paper, str, str]:
+    """The document, and kind and name of the part."""
+    document = papers()[check_choice("paper", paper, NAMES)]
+    parts = [
+        *(f"table-{table.name}" for table in document.tables),
+        *(f"figure-{figure.name}" for figure in document.figures),
+        *(f"erratum-{erratum.number}" for erratum in document.errata),
+    ]
+    kind, _, name = check_choice("part", part, parts).partition("-")
+    return document, kind, name
+
+
+def _table(paper: Paper, table: Table, options: Mapping[str, str]) -> dict[str, Any]:
     if not table.seeds:
         outcomes = reproduce(paper, table)
         return {"cells": [cell_content(outcome) for outcome in outcomes], "runs": 0, "wanted": 0}
-    wanted = int(SEEDS.check("seeds", table.seeds if request.get("wanted") is None else request["wanted"]))
-    runs = min(wanted, int(SEEDS.check("seeds", request.get("runs") or FIRST)))
+    wanted = int(SEEDS.check("seeds", table.seeds if options.get("wanted") is None else options["wanted"]))
+    runs = min(wanted, int(SEEDS.check("seeds", options.get("runs", FIRST))))
     begun, step = perf_counter(), FIRST
     outcomes = reproduce(paper, table, runs)
     while runs < wanted and (before := perf_counter()) < begun + AT_ONCE:
@@ -120,27 +124,21 @@ def _table(paper: Paper, table: Table, request: Mapping[str, Any]) -> dict[str, 
 
 
 @lru_cache(maxsize=200)
-def _figure(paper: str, name: str, theme: str) -> Component:
+def _figure(paper: str, name: str, theme: str) -> Figure:
     found = papers()[paper]
-    figure = next(figure for figure in found.figures if figure.name == name)
-    return dcc.Graph(figure=illustration_figure(found, figure, theme), config=GRAPH_CONFIG, className="plot")
+    return illustration_figure(found, next(figure for figure in found.figures if figure.name == name), theme)
 
 
 @lru_cache(maxsize=200)
-def _proof(paper: str, number: int, theme: str) -> list[Component]:
+def _proof(paper: str, number: int, theme: str) -> dict[str, Any]:
     proof = prove(papers()[paper].errata[number - 1].proof)
-    lines = [html.Tr([html.Th(label, scope="row"), html.Td(value)]) for label, value in proof.lines]
-    verdict = "The numbers prove it." if proof.holds else "The numbers do not prove it."
-    parts: list[Component] = [
-        html.P(proof.formula, className="proof-formula"),
-        html.Table(html.Tbody(lines)),
-        html.P(verdict, className="proof-verdict", **{"data-tone": "good" if proof.holds else "bad"}),
-    ]
-    if proof.chart is not None:
-        graph = dcc.Graph(figure=chart_figure(proof.chart, theme), config=GRAPH_CONFIG, className="plot")
-        label = f"{proof.chart.title}."
-        parts.append(html.Div(graph, className="plot-frame", role="figure", **{"aria-label": label}))
-    return parts
+    return {
+        "formula": proof.formula,
+        "lines": proof.lines,
+        "holds": proof.holds,
+        "label": "" if proof.chart is None else proof.chart.title,
+        "figure": None if proof.chart is None else chart_figure(proof.chart, theme),
+    }
 
 
 def table_csv(paper: str, table: str, seeds: str | None) -> str:
@@ -149,8 +147,9 @@ def table_csv(paper: str, table: str, seeds: str | None) -> str:
     Raises:
         InputError: for a document or a table that there is not, or a number of runs out of range.
     """
-    found = papers()[check_choice("paper", paper, NAMES)]
-    outcomes = reproduce(found, found.table(table), None if seeds is None else int(SEEDS.check("seeds", seeds)))
+    found, kind, name = _named(paper, table)
+    check_choice("part", kind, ("table",))
+    outcomes = reproduce(found, found.table(name), None if seeds is None else int(SEEDS.check("seeds", seeds)))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\r\n")
     writer.writerow(COLUMNS)

@@ -8,6 +8,7 @@ from typing import Any
 from dash import dcc, html
 from dash.development.base_component import Component
 
+from layouts.components import GRAPH_CONFIG
 from layouts.figures.papers import KINDS
 from layouts.pages.papers.tables import KEYS, table_view, verdict_mark
 from layouts.state import Settings, to_query
@@ -27,12 +28,16 @@ def layout(**query: str) -> Component:
     cards += _section("Figures", (_figure(paper, figure) for figure in paper.figures))
     cards += _section("Errata", (_erratum(paper, erratum) for erratum in paper.errata))
     cards += _section("Runs", (_runs(paper),))
-    stores = [dcc.Store(id=f"papers-{name}") for name in ("begun", "request", "answer", "answered")]
-    beginning = {"paper": paper.name, "seeds": seeds, "tables": {f"table-{t.name}": t.seeds for t in paper.tables}}
+    beginning = {
+        "paper": paper.name,
+        "seeds": seeds,
+        "tables": {f"table-{table.name}": table.seeds for table in paper.tables},
+        "config": GRAPH_CONFIG,
+    }
     return html.Div(
         [
             dcc.Store(id="papers-beginning", data=beginning),
-            *stores,
+            dcc.Store(id="papers-begun"),
             html.H1("The papers, run live", className="visually-hidden"),
             _contents(paper),
             html.Div(cards, className="paper-parts"),
@@ -182,18 +187,12 @@ def _run_names(table: Table) -> list[str]:
     return [name for name in rows + columns if name]
 
 
-def place(part: str) -> dict[str, str]:
-    """The id of where the answer about a part is put."""
-    return {"type": "papers-part", "part": part}
-
-
 def _figure(paper: Paper, figure: Illustration) -> Component:
     part, heading = f"figure-{figure.name}", _heading("Figure", figure.name, figure.title)
     return html.Section(
         [
             _head(part, heading),
             html.Div(
-                id=place(part),
                 role="figure",
                 className="plot-frame",
                 style={"height": KINDS[figure.kind].height},
@@ -222,7 +221,7 @@ def _erratum(paper: Paper, erratum: Erratum) -> Component:
             html.Div(
                 [
                     html.Dl([html.Div([html.Dt(term), html.Dd(text)]) for term, text in said]),
-                    html.Div(id=place(part), className="proof", **{"data-part": part}),
+                    html.Div(className="proof", **{"data-part": part}),
                 ],
                 className="erratum-body",
             ),
