@@ -88,22 +88,23 @@ def open_page(browser: Browser, port: int) -> Iterator[Callable[..., Page]]:
 
 
 WIDTHS = ((1440, 900), (1280, 800), (1024, 800), (860, 900), (390, 844), (360, 740))
+LIGHT_WIDTH, DARK_WIDTH = 1440, 390
+"""Where axe looks, at the one in light and at the other in dark."""
 
 
 @pytest.fixture
 def check_look() -> Callable[..., None]:
     """Looks at a page from wide to narrow: nothing scrolls sideways, axe finds nothing serious in light and in dark."""
 
-    def check(page: Page, axe_at: tuple[int, int] = (1440, 390)) -> None:
-        light, dark = axe_at
+    def check(page: Page) -> None:
         for width, height in WIDTHS:
             page.set_viewport_size({"width": width, "height": height})
             # Plots follow the width a moment later.
             page.wait_for_function("() => document.documentElement.scrollWidth <= innerWidth")
-            if width == dark:
+            if width == DARK_WIDTH:
                 page.click("#theme-switch")
                 settle(page)
-            if width in (light, dark):
+            if width in (LIGHT_WIDTH, DARK_WIDTH):
                 found = Axe().run(page).response["violations"]
                 grave = [each for each in found if each["impact"] in ("serious", "critical")]
                 assert [(each["id"], each["nodes"][0]["html"]) for each in grave] == []
