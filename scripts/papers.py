@@ -52,6 +52,9 @@ def counts() -> list[str]:
 
 def _paper(paper: Paper) -> list[str]:
     parts = [f"## {paper.title}", "", f"{paper.summary} {paper.citation}", ""]
+    parts += table(
+        ["eq.", "formula", "what it is", "here"], [[e.name, e.formula, e.what, e.here] for e in paper.equations]
+    )
     for each in paper.tables:
         parts += _table(each, reproduce(paper, each))
     for erratum in paper.errata:

@@ -14,7 +14,7 @@ sys.path.insert(0, str(ROOT))
 from scripts.reference import table  # noqa: E402
 from tracker_core import Experiment, Metrics, run_experiment  # noqa: E402
 from tracker_core.papers import papers  # noqa: E402
-from tracker_core.papers.document import number  # noqa: E402
+from tracker_core.papers.printed import number  # noqa: E402
 
 TARGET = ROOT / "docs" / "selection-figures.md"
 SETS = range(1, 6)

@@ -91,7 +91,7 @@ def test_a_run_is_opened_in_explore_and_documents_lead_to_each_other(open_page, 
     expect(page.locator(".paper-card h2")).to_have_text("Garg 2021")
     page.wait_for_function(SETTLED)
     expect(page.locator('.documents li[aria-current="page"]')).to_have_text("Garg 2021")
-    page.click("#runs + .paper-runs tr:has-text('on the accelerating aircraft') a")
+    page.click("#runs + .paper-listing tr:has-text('on the accelerating aircraft') a")
     settle(page)
     assert page.input_value("#explore-scenario") == "garg-accelerating"
     assert page.input_value("#explore-order") == "2"

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from tracker_core import run_experiment
 from tracker_core.papers import papers
-from tracker_core.papers.document import EMPTY, half_unit, number
+from tracker_core.papers.printed import EMPTY, half_unit, number
 
 
 def printed(paper, table, column):

@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import brentq
 
 from tracker_core.papers import papers
-from tracker_core.papers.document import EMPTY, half_unit, number
+from tracker_core.papers.printed import EMPTY, half_unit, number
 
 
 def printed(paper, table, column):

@@ -15,8 +15,8 @@ import pytest
 from scipy.optimize import brentq
 
 from tracker_core import InputError
-from tracker_core.papers import papers
-from tracker_core.papers.document import EMPTY, half_unit, number
+from tracker_core.papers import NAMES, papers
+from tracker_core.papers.printed import EMPTY, half_unit, number
 from tracker_core.papers.recipes import DERIVED, SIMULATED
 
 TABLES = [
@@ -282,3 +282,28 @@ def test_every_derived_cell_is_computed_here():
     ]
     here = [(*key, column) for key, values in COMPUTED.items() for column in values]
     assert sorted(derived) == sorted(here)
+
+
+# Equations ---------------------------------------------------------------------------------------------------------
+
+COUNTED = {"jeong2017": 30, "njonjo2016": 12, "yu2017": 26, "alwagih": 27}
+"""How many equations a document counts."""
+
+
+@pytest.mark.parametrize(("name", "last"), COUNTED.items(), ids=list(COUNTED))
+def test_every_equation_is_there_once(name, last):
+    numbers: list[int] = []
+    for equation in papers()[name].equations:
+        first, _, final = equation.name.partition("–")
+        numbers += range(int(first), int(final or first) + 1)
+    assert numbers == list(range(1, last + 1))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_equations_are_described_and_their_errata_exist(name):
+    paper = papers()[name]
+    for equation in paper.equations:
+        assert equation.formula
+        assert equation.what.endswith(".")
+        assert equation.here.endswith(".")
+        assert set(equation.errata) <= {erratum.number for erratum in paper.errata}

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from tracker_core import InputError, run_experiment
 from tracker_core.__main__ import main
 from tracker_core.papers import ERRATUM, EXACT, NAMES, OPEN, VERDICTS, WITHIN, count, papers, reproduce
-from tracker_core.papers.document import EMPTY, half_unit, number
+from tracker_core.papers.printed import EMPTY, half_unit, number
 from tracker_core.papers.recipes import DERIVED, SIMULATED, cells
 from tracker_core.papers.reproduce import LEVEL, agrees, estimate
 

@@ -15,7 +15,7 @@ from layouts.figures.papers.look import LOOKS, hover, log_axis
 from layouts.theme import LINES, THEMES, tokens
 from tracker_core import InputError, run_experiment
 from tracker_core.papers import papers
-from tracker_core.papers.document import number
+from tracker_core.papers.printed import number
 from tracker_core.papers.proof import Chart, Series
 
 FIGURES = [

@@ -17,7 +17,7 @@ from layouts.pages.papers.view import explore_link, layout, read
 from layouts.state import from_query
 from layouts.theme import THEMES
 from tracker_core.papers import NAMES, VERDICTS, Outcome, papers, reproduce
-from tracker_core.papers.document import EMPTY
+from tracker_core.papers.printed import EMPTY
 from tracker_core.papers.recipes import cells
 from tracker_core.papers.reproduce import Estimate
 

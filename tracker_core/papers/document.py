@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from decimal import Decimal
 from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from tracker_core.checks import InputError, check_choice
+from tracker_core.checks import check_choice
 from tracker_core.experiment import Experiment
 
 NAMES = ("jeong2017", "njonjo2016", "yu2017", "alwagih", "garg2021")
-
-EMPTY = "–"
-"""Stands in a cell in which the document prints nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +30,25 @@ class Run:
     title: str
     note: str
     experiment: Experiment
+
+
+@dataclass(frozen=True, slots=True)
+class Equation:
+    """One equation of a document, or several that belong together.
+
+    Attributes:
+        name: as the document counts it.
+        formula: what it says, in the symbols of the document.
+        what: what it is.
+        here: what implements it.
+        errata: numbers of the errata about it.
+    """
+
+    name: str
+    formula: str
+    what: str
+    here: str
+    errata: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +188,7 @@ class Paper:
         title: short, for menus.
         citation: in full.
         summary: what it does, in a sentence or two.
-        runs, tables, figures, errata: in the order of the document.
+        runs, equations, tables, figures, errata: in the order of the document.
     """
 
     name: str
@@ -182,6 +196,7 @@ class Paper:
     citation: str
     summary: str
     runs: tuple[Run, ...]
+    equations: tuple[Equation, ...]
     tables: tuple[Table, ...]
     figures: tuple[Illustration, ...]
     errata: tuple[Erratum, ...]
@@ -220,9 +235,13 @@ def _load(name: str) -> Paper:
         tuple(
             Run(run["name"], run["title"], run["note"], Experiment.from_dict(run["experiment"])) for run in data["runs"]
         ),
-        tuple(_table(table) for table in data.get("tables", ())),
-        tuple(_illustration(dict(figure)) for figure in data.get("figures", ())),
-        tuple(_erratum(number, erratum) for number, erratum in enumerate(data.get("errata", ()), 1)),
+        tuple(
+            Equation(each["name"], each["formula"], each["what"], each["here"], tuple(each["errata"]))
+            for each in data["equations"]
+        ),
+        tuple(_table(table) for table in data["tables"]),
+        tuple(_illustration(dict(figure)) for figure in data["figures"]),
+        tuple(_erratum(number, erratum) for number, erratum in enumerate(data["errata"], 1)),
     )
 
 
@@ -267,28 +286,3 @@ def _erratum(number: int, data: dict[str, Any]) -> Erratum:
         proof=data["proof"],
         runs=tuple(data.get("runs", ())),
     )
-
-
-_POWER = re.compile(r"(?:10(?=-)|(?P<mantissa>-?[\d.]+)(?: × 10|e|(?=-)))(?P<exponent>[-+]?\d+)")
-_SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--")
-
-
-def number(printed: str) -> Decimal:
-    """The number that a document prints, exactly.
-
-    Thousands may be grouped by commas; powers of ten may be written 4.2e-003, 4.2 × 10⁻³, 4.2-03 or 10⁻³.
-
-    Raises:
-        InputError: for what is no number.
-    """
-    text = printed.translate(_SUPERSCRIPTS).replace(",", "")
-    power = _POWER.fullmatch(text)
-    try:
-        return Decimal(f"{power['mantissa'] or 1}e{power['exponent']}" if power else text)
-    except ArithmeticError:
-        raise InputError("printed", "must be a number", printed) from None
-
-
-def half_unit(printed: str) -> Decimal:
-    """Half a unit of the last digit that a document prints."""
-    return Decimal(5).scaleb(int(number(printed).as_tuple().exponent) - 1)

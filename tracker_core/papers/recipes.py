@@ -16,7 +16,8 @@ from tracker_core.design import DESIGNS
 from tracker_core.experiment import Experiment
 from tracker_core.metrics import Metrics
 from tracker_core.motion import transition
-from tracker_core.papers.document import EMPTY, Column, Paper, Row, Table, number
+from tracker_core.papers.document import Column, Paper, Row, Table
+from tracker_core.papers.printed import EMPTY, number
 from tracker_core.papers.sweeps import sweep
 from tracker_core.run import run_experiment
 from tracker_core.types import GAIN_NAMES

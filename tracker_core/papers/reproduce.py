@@ -9,7 +9,8 @@ from math import floor, isfinite
 from typing import Any
 
 from tracker_core.checks import Domain, InputError
-from tracker_core.papers.document import Paper, Table, half_unit, number
+from tracker_core.papers.document import Paper, Table
+from tracker_core.papers.printed import half_unit, number
 from tracker_core.papers.recipes import DERIVED, SIMULATED, Cell, cells
 
 EXACT, WITHIN, ERRATUM, OPEN = "exact", "within interval", "erratum", "not determined"

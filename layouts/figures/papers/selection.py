@@ -17,7 +17,7 @@ from tracker_core import Gains, InputError, Result, run_experiment
 from tracker_core.adaptive import Selection
 from tracker_core.filters import run_filter
 from tracker_core.papers import Paper, Table
-from tracker_core.papers.document import number
+from tracker_core.papers.printed import number
 from tracker_core.types import FloatArray
 
 TIME = "time (s)"

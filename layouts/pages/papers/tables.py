@@ -9,7 +9,7 @@ from dash.development.base_component import Component
 
 from layouts.text import significant
 from tracker_core.papers import ERRATUM, EXACT, OPEN, VERDICTS, WITHIN, Outcome, Table
-from tracker_core.papers.document import EMPTY, half_unit, number
+from tracker_core.papers.printed import EMPTY, half_unit, number
 
 MARKS = {EXACT: "✓", WITHIN: "≈", ERRATUM: "✗", OPEN: "?"}
 """What stands for a verdict beside its colour."""

@@ -27,6 +27,7 @@ def layout(**query: str) -> Component:
     cards += _section("Tables", (_table(paper, table, seeds) for table in paper.tables))
     cards += _section("Figures", (_figure(paper, figure) for figure in paper.figures))
     cards += _section("Errata", (_erratum(paper, erratum) for erratum in paper.errata))
+    cards += _section("Equations", (_equations(paper),))
     cards += _section("Runs", (_runs(paper),))
     beginning = {
         "paper": paper.name,
@@ -232,6 +233,36 @@ def _erratum(paper: Paper, erratum: Erratum) -> Component:
     )
 
 
+def _equations(paper: Paper) -> Component:
+    rows = [
+        html.Tr(
+            [
+                html.Th(equation.name, scope="row"),
+                html.Td(equation.formula, className="text formula-text"),
+                html.Td(equation.what, className="text"),
+                html.Td(
+                    [equation.here, *(html.A(f"erratum {n}", href=f"#erratum-{n}") for n in equation.errata)],
+                    className="text",
+                ),
+            ]
+        )
+        for equation in paper.equations
+    ]
+    head = html.Thead(html.Tr([html.Th(cell, scope="col") for cell in ("Eq.", "Formula", "What it is", "Here")]))
+    return _listing(head, rows, "Equations of the document")
+
+
+def _listing(head: Component, rows: list[Component], label: str) -> Component:
+    frame = html.Div(
+        html.Table([head, html.Tbody(rows)]),
+        className="table-frame",
+        tabIndex=0,
+        role="region",
+        **{"aria-label": label},
+    )
+    return html.Section(frame, className="card paper-listing")
+
+
 def _runs(paper: Paper) -> Component:
     rows = [
         html.Tr(
@@ -244,14 +275,7 @@ def _runs(paper: Paper) -> Component:
         for run in paper.runs
     ]
     head = html.Thead(html.Tr([html.Th(cell, scope="col") for cell in ("Run", "What to look at", "")]))
-    frame = html.Div(
-        html.Table([head, html.Tbody(rows)]),
-        className="table-frame",
-        tabIndex=0,
-        role="region",
-        **{"aria-label": "Runs of the document"},
-    )
-    return html.Section(frame, className="card paper-runs")
+    return _listing(head, rows, "Runs of the document")
 
 
 def _links(paper: Paper, names: Iterable[str]) -> Component | None:

@@ -9,7 +9,7 @@ from decimal import Decimal
 import numpy as np
 
 from tracker_core.conventions import Gains
-from tracker_core.papers.document import number
+from tracker_core.papers.printed import number
 from tracker_core.papers.proof import Chart, Proof
 from tracker_core.papers.proofs.common import (
     agree,

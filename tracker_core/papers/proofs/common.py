@@ -12,7 +12,8 @@ import numpy as np
 from tracker_core.conventions import Gains
 from tracker_core.design import MANUAL
 from tracker_core.experiment import PARAMETERS, Experiment
-from tracker_core.papers.document import number, papers
+from tracker_core.papers.document import papers
+from tracker_core.papers.printed import number
 from tracker_core.papers.proof import Chart, Series
 from tracker_core.papers.reproduce import agrees
 from tracker_core.run import Result, run_experiment

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tracker_core.papers.document import half_unit
+from tracker_core.papers.printed import half_unit
 from tracker_core.papers.proof import Chart, Proof
 from tracker_core.papers.proofs.common import (
     HUNDRED,

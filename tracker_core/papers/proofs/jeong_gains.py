@@ -12,7 +12,7 @@ from tracker_core.consistency import model_covariance
 from tracker_core.conventions import Gains
 from tracker_core.design import DESIGNS
 from tracker_core.experiment import Experiment
-from tracker_core.papers.document import number
+from tracker_core.papers.printed import number
 from tracker_core.papers.proof import Chart, Proof
 from tracker_core.papers.proofs.common import (
     HUNDRED,
