@@ -82,6 +82,8 @@ def _measured(value: float, printed: str) -> str:
     """Four digits, but none that is not printed."""
     if 0 < abs(value) < PLAIN:
         return _scientific(value)
+    if value.is_integer():
+        return f"{value:,.0f}".replace("-", "−")
     text = significant(value)
     shorter = f"{value:,.{_decimals(printed)}f}".replace("-", "−")
     return min(text, shorter, key=len) if _decimals(printed) else text
