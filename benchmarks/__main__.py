@@ -1,4 +1,4 @@
-"""python -m benchmarks: what one slider move costs, in the core, on the server and in the browser."""
+"""python -m benchmarks: what a slider move, a method, a source document and a scene cost."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from playwright.sync_api import sync_playwright
 
 from benchmarks import scenes
 from benchmarks.delay import Delay
+from benchmarks.documents import measure_documents
 from benchmarks.drag import Drag, drag
 from benchmarks.serving import launch, server, settle
 from layouts.controls import controls_of
@@ -161,6 +162,7 @@ def main() -> None:
     print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, {packages}")
     measure_server()
     measure_methods()
+    measure_documents()
     measure_scenes()
     measure_browser()
 
