@@ -88,6 +88,11 @@
       place(part).textContent = answer.error;
     } else if (answer.cells) {
       for (const cell of answer.cells) fill(place(part).querySelector(`[data-cell="${cell.cell}"]`), cell);
+      const list = document.getElementById(part).querySelector(".reasons");
+      list.replaceChildren(...answer.reasons.map(({ where, text, ...verdict }) => {
+        const said = where ? ` ${where}. ${text}` : ` ${text}`;
+        return made("li", {}, verdictMark(verdict), said);
+      }));
       state.runs = answer.runs;
       if (answer.runs === answer.wanted) state.shown = `runs ${answer.wanted}`;
     } else {
@@ -117,13 +122,16 @@
   }
 
   // The mark of a verdict is spelled out for who does not see it; that of an erratum leads there.
-  function fill(element, { text, interval, verdict, mark, said, erratum, why }) {
-    const link = erratum === null ? {} : { href: `#erratum-${erratum}` };
-    const attributes = { class: "verdict", "data-verdict": verdict, ...link };
+  function verdictMark({ verdict, mark, said }) {
+    const link = verdict === "erratum" ? { href: `#${said.replace(" ", "-")}` } : {};
     const sign = made("span", { "aria-hidden": "true" }, mark);
     const words = made("span", { class: "visually-hidden" }, said);
-    const verdictMark = made(erratum === null ? "span" : "a", attributes, sign, words);
-    element.replaceChildren(made("div", {}, `${text} `, verdictMark), made("div", { class: "interval" }, interval));
+    return made(link.href ? "a" : "span", { class: "verdict", "data-verdict": verdict, ...link }, sign, words);
+  }
+
+  function fill(element, { text, interval, why, ...verdict }) {
+    const number = made("div", {}, `${text} `, verdictMark(verdict));
+    element.replaceChildren(number, made("div", { class: "interval" }, interval));
     element.title = why;
   }
 

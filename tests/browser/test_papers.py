@@ -43,7 +43,7 @@ def test_every_table_figure_and_erratum_of_a_document(name, open_page):
     page = open_page(f"papers?paper={name}")
     for table in paper.tables:
         look_at(page, f"table-{table.name}")
-        assert page.locator(f"#table-{table.name} .verdict").count() == len(cells(paper, table))
+        assert page.locator(f"#table-{table.name} td .verdict").count() == len(cells(paper, table))
     for figure in paper.figures:
         part = f"figure-{figure.name}"
         look_at(page, part)

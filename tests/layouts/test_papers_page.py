@@ -12,7 +12,7 @@ from dash import dcc, html
 from dash.development.base_component import Component
 
 from layouts.pages.papers.answers import COLUMNS, answer, table_csv
-from layouts.pages.papers.tables import KEYS, MARKS, cell_content, table_view, value_text
+from layouts.pages.papers.tables import KEYS, MARKS, cell_content, reasons, table_view, value_text
 from layouts.pages.papers.view import explore_link, layout, read
 from layouts.state import from_query
 from layouts.theme import THEMES
@@ -124,6 +124,23 @@ def test_links_are_read_and_what_is_wrong_is_said(query, paper, seeds, said):
     assert len(notes) == len(said)
     assert all(note.startswith(start) for note, start in zip(notes, said, strict=True))
     assert all(note in text_of(layout(**query)) for note in notes)
+
+
+@EVERY_PAPER
+def test_every_reason_is_said_once_and_names_its_cells(name):
+    paper = papers()[name]
+    for table in paper.tables:
+        outcomes = reproduce(paper, table, 2)
+        listed = reasons(table, outcomes)
+        assert len({(each["said"], each["text"]) for each in listed}) == len(listed)
+        for each in listed:
+            of = [o for o in outcomes if o.said == each["said"] and o.reason.endswith(each["text"])]
+            assert of
+            assert (each["where"] == "") == (len(of) > 3)
+        # What is left out stands under the table already.
+        assert not any(table.left_out and table.left_out in each["text"] for each in listed)
+        erratum = {each["said"] for each in listed if each["verdict"] == "erratum"}
+        assert erratum == {o.said for o in outcomes if o.erratum is not None}
 
 
 # Numbers -----------------------------------------------------------------------------------------------------------

@@ -21,7 +21,7 @@ from fastapi.responses import PlainTextResponse, Response
 
 from layouts.figures.common import Figure
 from layouts.figures.papers import chart_figure, illustration_figure
-from layouts.pages.papers.tables import cell_content
+from layouts.pages.papers.tables import cell_content, reasons
 from layouts.theme import THEMES
 from tracker_core import InputError
 from tracker_core.checks import check_choice
@@ -83,7 +83,7 @@ def answer(paper: str, part: str, options: Mapping[str, str]) -> dict[str, Any]:
         options: `theme`; for a table how many `runs` there are already, and how many are `wanted` in the end.
 
     Returns:
-        For a table its `cells`, `runs` taken and `wanted`; a `figure`; or a `proof`.
+        For a table its `cells`, the `reasons` of their verdicts, `runs` taken and `wanted`; a `figure`; or a `proof`.
 
     Raises:
         InputError: for a part that there is not, or a number of runs out of range.
@@ -109,8 +109,7 @@ def _named(paper: str, part: str) -> tuple[Paper, str, str]:
 
 def _table(paper: Paper, table: Table, options: Mapping[str, str]) -> dict[str, Any]:
     if not table.seeds:
-        outcomes = reproduce(paper, table)
-        return {"cells": [cell_content(outcome) for outcome in outcomes], "runs": 0, "wanted": 0}
+        return _content(table, reproduce(paper, table)) | {"runs": 0, "wanted": 0}
     wanted = int(SEEDS.check("seeds", table.seeds if options.get("wanted") is None else options["wanted"]))
     runs = min(wanted, int(SEEDS.check("seeds", options.get("runs", FIRST))))
     begun, step = perf_counter(), FIRST
@@ -120,7 +119,11 @@ def _table(paper: Paper, table: Table, options: Mapping[str, str]) -> dict[str, 
         outcomes = reproduce(paper, table, runs)
         # What is remembered goes fast, and says nothing about what is not: the step stays small.
         step = min(2 * step, MOST) if perf_counter() < before + AT_ONCE / 4 else 1
-    return {"cells": [cell_content(outcome) for outcome in outcomes], "runs": runs, "wanted": wanted}
+    return _content(table, outcomes) | {"runs": runs, "wanted": wanted}
+
+
+def _content(table: Table, outcomes: list[Outcome]) -> dict[str, Any]:
+    return {"cells": [cell_content(outcome) for outcome in outcomes], "reasons": reasons(table, outcomes)}
 
 
 @lru_cache(maxsize=200)

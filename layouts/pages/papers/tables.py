@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from dash import html
@@ -16,6 +17,9 @@ MARKS = {EXACT: "✓", WITHIN: "≈", ERRATUM: "✗", OPEN: "?"}
 
 KEYS = {EXACT: "exact", WITHIN: "within", ERRATUM: "erratum", OPEN: "open"}
 """What the style sheet calls it."""
+
+FEW = 3
+"""A reason of so many cells names them."""
 
 PLAIN = 1e-4
 """Numbers below this are written with an exponent."""
@@ -56,11 +60,36 @@ def cell_content(outcome: Outcome) -> dict[str, Any]:
         "text": value_text(outcome),
         "interval": _interval(outcome),
         "verdict": KEYS[outcome.verdict],
-        "mark": MARKS[outcome.verdict] + ("" if outcome.erratum is None else str(outcome.erratum)),
+        "mark": _mark(outcome),
         "said": outcome.said,
-        "erratum": outcome.erratum,
         "why": ". ".join(part for part in (_difference(outcome), outcome.reason) if part),
     }
+
+
+def _mark(outcome: Outcome) -> str:
+    return MARKS[outcome.verdict] + ("" if outcome.erratum is None else str(outcome.erratum))
+
+
+def reasons(table: Table, outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:
+    """Why cells are not exact, every reason once: its mark, what it says, and of which cells unless of many."""
+    found: dict[tuple[str, str], list[Outcome]] = {}
+    for outcome in outcomes:
+        # What the document leaves out stands under the table.
+        said = outcome.reason.removeprefix(table.left_out).strip() if outcome.verdict == OPEN else outcome.reason
+        if said:
+            found.setdefault((outcome.said, said), []).append(outcome)
+    rows = {row.name: row.title for row in table.rows}
+    columns = {column.name: column.title for column in table.columns}
+    return [
+        {
+            "verdict": KEYS[group[0].verdict],
+            "mark": _mark(group[0]),
+            "said": group[0].said,
+            "text": text,
+            "where": ", ".join(f"{rows[o.row]}: {columns[o.column]}" for o in group) if len(group) <= FEW else "",
+        }
+        for (_, text), group in found.items()
+    ]
 
 
 def value_text(outcome: Outcome) -> str:
@@ -98,7 +127,8 @@ def _interval(outcome: Outcome) -> str:
     found = outcome.estimate
     if found is None:
         return ""
-    return " – ".join(_measured(end, outcome.printed) for end in (found.low, found.high))
+    low, high = (_measured(end, outcome.printed) for end in (found.low, found.high))
+    return f"{low} – {high}" if low != high else "all runs"
 
 
 def _difference(outcome: Outcome) -> str:

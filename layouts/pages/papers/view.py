@@ -166,6 +166,7 @@ def _table(paper: Paper, table: Table, seeds: int | None) -> Component:
                 role="region",
                 **{"data-part": part, "aria-label": f"{heading}, printed and recomputed"},
             ),
+            html.Ul(className="reasons hint"),
             html.P(f"Not printed: {table.left_out}", className="hint") if table.left_out else None,
             _links(paper, _run_names(table)),
         ],
