@@ -128,10 +128,8 @@ def _outcome(cell: Cell, runs: int) -> Outcome:
     elif erratum is not None:
         verdict, reason = ERRATUM, f"{erratum.title}."
     elif found is not None and cell.table.comparable and _holds(found, cell.printed):
-        verdict, reason = (
-            WITHIN,
-            f"Interval of {found.runs} runs; the probability that another one falls in is {100 * found.coverage:.0f} %.",
-        )
+        verdict = WITHIN
+        reason = f"Interval of {found.runs} runs, into which another one falls with {100 * found.coverage:.0f} %."
     else:
         verdict, reason = OPEN, " ".join([cell.table.left_out, *_elsewhere(cell, runs)]).strip()
     return Outcome(
