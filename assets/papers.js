@@ -61,7 +61,6 @@
     page.asked = { part, theme: theme() };
     if (runsWanted(part)) progress(part, state);
     const query = new URLSearchParams({ theme: theme() });
-    if (state.runs) query.set("runs", state.runs);
     if (page.seeds) query.set("wanted", page.seeds);
     ask(page.asked, `/papers/${page.paper}/${part}.json?${query}`);
   }

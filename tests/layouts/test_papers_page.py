@@ -11,6 +11,7 @@ import pytest
 from dash import dcc, html
 from dash.development.base_component import Component
 
+from layouts.pages.papers import answers
 from layouts.pages.papers.answers import COLUMNS, answer, table_csv
 from layouts.pages.papers.tables import KEYS, MARKS, cell_content, reasons, table_view, value_text
 from layouts.pages.papers.view import explore_link, layout, read
@@ -173,21 +174,26 @@ def test_recomputed_numbers_have_the_digits_that_mean_something(printed, value, 
 # What it answers ---------------------------------------------------------------------------------------------------
 
 
-def test_a_table_comes_in_steps_and_ends_with_what_the_core_says():
-    seen = [asked("yu2017", "table-1", wanted=30)]
-    while seen[-1]["runs"] < 30:
-        seen.append(asked("yu2017", "table-1", wanted=30, runs=seen[-1]["runs"]))
-    runs = [each["runs"] for each in seen]
-    assert runs == sorted(set(runs))
-    assert {each["wanted"] for each in seen} == {30}
+def test_a_table_comes_in_steps_and_ends_with_what_the_core_says(monkeypatch):
+    monkeypatch.setattr(answers, "_REMEMBERED", {})
+    monkeypatch.setattr(answers, "AT_ONCE", 0)
+    seen = [asked("yu2017", "table-1", wanted=9)]
+    monkeypatch.setattr(answers, "AT_ONCE", 10)
+    seen.append(asked("yu2017", "table-1", wanted=5))
+    seen.append(asked("yu2017", "table-1", wanted=9))
+    assert [(each["runs"], each["wanted"]) for each in seen] == [(2, 9), (5, 5), (9, 9)]
+    # What has been run is there at once.
+    monkeypatch.setattr(answers, "AT_ONCE", 0)
+    assert asked("yu2017", "table-1", wanted=9) == seen[-1]
     paper = papers()["yu2017"]
-    assert seen[-1]["cells"] == [cell_content(outcome) for outcome in reproduce(paper, paper.table("1"), 30)]
+    assert seen[-1]["cells"] == [cell_content(outcome) for outcome in reproduce(paper, paper.table("1"), 9)]
 
 
 def test_a_step_ends_soon(monkeypatch):
     """Time is looked at between runs: a table of a thousand is answered long before they are all there."""
     now = iter(range(1000))
-    monkeypatch.setattr("layouts.pages.papers.answers.perf_counter", lambda: next(now))
+    monkeypatch.setattr(answers, "_REMEMBERED", {})
+    monkeypatch.setattr(answers, "perf_counter", lambda: next(now))
     found = asked("jeong2017", "table-5", wanted=1000)
     assert found["runs"] < 10
     assert len(found["cells"]) == 6
@@ -218,7 +224,7 @@ def test_figures_and_proofs_follow_the_theme(theme):
         ("jeong2017/chapter-1.json?theme=light", 404, "part must be one of"),
         ("jeong2017/figure-1.json?theme=sepia", 400, "theme must be one of"),
         ("jeong2017/figure-1.json", 400, "theme must be one of"),
-        ("jeong2017/table-5.json?runs=1e9", 400, "seeds must be a whole number"),
+        ("jeong2017/table-5.json?wanted=1e9", 400, "seeds must be a whole number"),
         ("jeong2017/table-5.json?wanted=-1", 400, "seeds must be a whole number"),
         ("jeong2017/table-5.json?wanted=many", 400, "seeds must be a whole number"),
     ],

@@ -28,7 +28,10 @@ from tracker_core.checks import check_choice
 from tracker_core.papers import NAMES, SEEDS, Outcome, Paper, Table, papers, prove, reproduce
 
 FIRST = 2
-"""Runs of the first answer about a table."""
+"""Runs with which a table begins."""
+
+_REMEMBERED: dict[tuple[str, str], int] = {}
+"""Of how many runs every table has been recomputed: those cost nothing any more."""
 
 AT_ONCE = 0.4
 """Seconds after which an answer about a table takes no more runs; they come with the next."""
@@ -51,6 +54,9 @@ def register(app: Dash) -> None:
 
 
 def _add_routes(server: FastAPI) -> None:
+    # A file comes in one piece, and a thousand runs take a minute: one after the other.
+    one_file = asyncio.Semaphore(1)
+
     @server.get("/papers/{paper}/{part}.json")
     async def part(paper: str, part: str, request: Request) -> Response:
         try:
@@ -62,7 +68,8 @@ def _add_routes(server: FastAPI) -> None:
     @server.get("/papers/{paper}/{table}.csv")
     async def table(paper: str, table: str, request: Request) -> Response:
         try:
-            text = await asyncio.to_thread(table_csv, paper, table, request.query_params.get("seeds"))
+            async with one_file:
+                text = await asyncio.to_thread(table_csv, paper, table, request.query_params.get("seeds"))
         except InputError as error:
             return PlainTextResponse(f"{error}\n", _status(error))
         headers = {"Content-Disposition": f'attachment; filename="{paper}-{table}.csv"'}
@@ -80,7 +87,7 @@ def answer(paper: str, part: str, options: Mapping[str, str]) -> dict[str, Any]:
     Args:
         paper: name of the document.
         part: "table-5", "figure-8" or "erratum-3".
-        options: `theme`; for a table how many `runs` there are already, and how many are `wanted` in the end.
+        options: `theme`; for a table how many runs are `wanted` in the end.
 
     Returns:
         For a table its `cells`, the `reasons` of their verdicts, `runs` taken and `wanted`; a `figure`; or a `proof`.
@@ -111,14 +118,14 @@ def _table(paper: Paper, table: Table, options: Mapping[str, str]) -> dict[str, 
     if not table.seeds:
         return _content(table, reproduce(paper, table)) | {"runs": 0, "wanted": 0}
     wanted = int(SEEDS.check("seeds", table.seeds if options.get("wanted") is None else options["wanted"]))
-    runs = min(wanted, int(SEEDS.check("seeds", options.get("runs", FIRST))))
-    begun, step = perf_counter(), FIRST
+    remembered = _REMEMBERED.get((paper.name, table.name), FIRST)
+    begun, step, runs = perf_counter(), FIRST, min(wanted, remembered)
     outcomes = reproduce(paper, table, runs)
     while runs < wanted and (before := perf_counter()) < begun + AT_ONCE:
         runs = min(wanted, runs + step)
         outcomes = reproduce(paper, table, runs)
-        # What is remembered goes fast, and says nothing about what is not: the step stays small.
         step = min(2 * step, MOST) if perf_counter() < before + AT_ONCE / 4 else 1
+    _REMEMBERED[paper.name, table.name] = max(runs, remembered)
     return _content(table, outcomes) | {"runs": runs, "wanted": wanted}
 
 
