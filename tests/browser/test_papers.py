@@ -84,7 +84,7 @@ def test_a_table_is_downloaded_with_both_columns(open_page):
     assert float(flipped["recomputed"]) == pytest.approx(-3.4251, abs=5e-5)
 
 
-def test_a_run_is_opened_in_explore_and_documents_lead_to_each_other(open_page, settle):
+def test_a_run_is_opened_in_explore_and_documents_lead_to_each_other(open_page):
     page = open_page("papers")
     expect(page.locator("#to-papers")).to_have_attribute("aria-current", "page")
     page.click(".documents >> text=Garg 2021")
@@ -92,7 +92,7 @@ def test_a_run_is_opened_in_explore_and_documents_lead_to_each_other(open_page, 
     page.wait_for_function(SETTLED)
     expect(page.locator('.documents li[aria-current="page"]')).to_have_text("Garg 2021")
     page.click("#runs + .paper-listing tr:has-text('on the accelerating aircraft') a")
-    settle(page)
+    page.wait_for_selector("#explore[data-state=settled]")
     assert page.input_value("#explore-scenario") == "garg-accelerating"
     assert page.input_value("#explore-order") == "2"
     page.click("#to-papers")
