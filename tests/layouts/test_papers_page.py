@@ -201,9 +201,9 @@ def test_figures_and_proofs_follow_the_theme(theme):
         ("jeong2017/chapter-1.json?theme=light", 404, "part must be one of"),
         ("jeong2017/figure-1.json?theme=sepia", 400, "theme must be one of"),
         ("jeong2017/figure-1.json", 400, "theme must be one of"),
-        ("jeong2017/table-5.json?runs=1e9", 400, "seeds must be a whole number"),
-        ("jeong2017/table-5.json?wanted=-1", 400, "seeds must be a whole number"),
-        ("jeong2017/table-5.json?wanted=many", 400, "seeds must be a whole number"),
+        ("jeong2017/table-5.json?runs=1e9", 400, "runs must be a whole number"),
+        ("jeong2017/table-5.json?wanted=-1", 400, "wanted must be a whole number"),
+        ("jeong2017/table-5.json?wanted=many", 400, "wanted must be a whole number"),
     ],
 )
 def test_what_is_not_there_is_refused(path, status, message, get):

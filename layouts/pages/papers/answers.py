@@ -111,8 +111,8 @@ def _table(paper: Paper, table: Table, options: Mapping[str, str]) -> dict[str, 
     if not table.seeds:
         outcomes = reproduce(paper, table)
         return {"cells": [cell_content(outcome) for outcome in outcomes], "runs": 0, "wanted": 0}
-    wanted = int(SEEDS.check("seeds", table.seeds if options.get("wanted") is None else options["wanted"]))
-    runs = min(wanted, int(SEEDS.check("seeds", options.get("runs", FIRST))))
+    wanted = int(SEEDS.check("wanted", table.seeds if options.get("wanted") is None else options["wanted"]))
+    runs = min(wanted, int(SEEDS.check("runs", options.get("runs", FIRST))))
     begun, step = perf_counter(), FIRST
     outcomes = reproduce(paper, table, runs)
     while runs < wanted and (before := perf_counter()) < begun + AT_ONCE:
