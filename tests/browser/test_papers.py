@@ -83,7 +83,11 @@ def test_an_answer_that_comes_late_is_not_put_into_another_document(open_page):
     page = open_page("papers?paper=jeong2017")
     page.wait_for_function(SETTLED)
     held = []
-    page.route("**/papers/jeong2017/table-*.json*", lambda route: held.append(route))
+
+    def hold(route):
+        held.append(route)
+
+    page.route("**/papers/jeong2017/table-*.json*", hold)
     page.select_option("#papers-seeds", "300")
     page.wait_for_timeout(200)
     # The other document is there, its beginning not yet.
