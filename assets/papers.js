@@ -77,6 +77,7 @@
       await new Promise((resolve) => setTimeout(resolve, RETRY));
     }
     if (!page || page.asked !== asked || !root()) return;
+    root().toggleAttribute("data-lost", !answer);
     page.asked = null;
     if (answer) finish(asked, answer);
     next();

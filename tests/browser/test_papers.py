@@ -81,15 +81,15 @@ def test_a_hash_that_is_no_text_leads_nowhere(open_page):
 
 def test_an_answer_that_comes_late_is_not_put_into_another_document(open_page):
     page = open_page("papers?paper=jeong2017")
-    page.wait_for_function(SETTLED)
+    page.wait_for_function(COMPLETE)
     held = []
 
     def hold(route):
         held.append(route)
 
     page.route("**/papers/jeong2017/table-*.json*", hold)
-    page.select_option("#papers-seeds", "300")
-    page.wait_for_timeout(200)
+    with page.expect_request("**/papers/jeong2017/table-*.json*"):
+        page.select_option("#papers-seeds", "300")
     # The other document is there, its beginning not yet.
     page.evaluate("() => {dash_clientside.papers.begin = () => dash_clientside.no_update}")
     page.click(".documents >> text=Njonjo, Pan & Jeong 2016")
@@ -99,6 +99,19 @@ def test_an_answer_that_comes_late_is_not_put_into_another_document(open_page):
         route.continue_()
     page.wait_for_timeout(200)
     assert set(page.locator("td.found[data-cell]").all_inner_texts()) == {"…"}
+
+
+def test_a_server_that_is_lost_is_named_and_asked_again(open_page):
+    page = open_page("papers?paper=garg2021")
+    page.wait_for_function(SETTLED)
+    page.route("**/papers/garg2021/*.json*", lambda route: route.fulfill(body="gone"))
+    page.evaluate("() => document.getElementById('figure-lag').scrollIntoView()")
+    expect(page.locator("#papers[data-lost]")).to_be_visible()
+    said = "gd => getComputedStyle(gd, '::before').content"
+    assert page.locator("#figure-lag .plot-frame").evaluate(said) == '"Computing …"'
+    page.unroute("**/papers/garg2021/*.json*")
+    look_at(page, "figure-lag")
+    assert page.get_attribute("#papers", "data-lost") is None
 
 
 def test_a_table_is_downloaded_with_both_columns(open_page):
