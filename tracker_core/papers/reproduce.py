@@ -116,6 +116,13 @@ def reproduce(paper: Paper, table: Table, seeds: int | None = None) -> list[Outc
     return [_outcome(cell, runs) for cell in cells(paper, table)]
 
 
+def prepare(paper: Paper, table: Table, seed: int) -> None:
+    """Run what the simulated cells of a table need with one seed; `reproduce` finds it remembered."""
+    for cell in cells(paper, table):
+        if cell.recipe in SIMULATED and seed <= int(cell.option("seeds", seed)):
+            SIMULATED[cell.recipe](cell, {}, seed)
+
+
 def _outcome(cell: Cell, runs: int) -> Outcome:
     printed = float(number(cell.printed))
     found = None if cell.recipe in DERIVED else _simulate(cell, runs, {})

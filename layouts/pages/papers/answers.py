@@ -25,16 +25,13 @@ from layouts.pages.papers.tables import cell_content
 from layouts.theme import THEMES
 from tracker_core import InputError
 from tracker_core.checks import check_choice
-from tracker_core.papers import NAMES, SEEDS, Outcome, Paper, Table, papers, prove, reproduce
+from tracker_core.papers import NAMES, SEEDS, Outcome, Paper, Table, papers, prepare, prove, reproduce
 
 FIRST = 2
-"""Runs of the first answer about a table."""
+"""Runs that the first answer about a table begins with."""
 
 AT_ONCE = 0.4
 """Seconds after which an answer about a table takes no more runs; they come with the next."""
-
-MOST = 16
-"""Runs that are taken between two looks at the clock."""
 
 COLUMNS = (
     "row", "column", "printed", "recomputed", "low", "high", "coverage", "runs", "difference_percent", "verdict",
@@ -113,13 +110,12 @@ def _table(paper: Paper, table: Table, options: Mapping[str, str]) -> dict[str, 
         return {"cells": [cell_content(outcome) for outcome in outcomes], "runs": 0, "wanted": 0}
     wanted = int(SEEDS.check("wanted", table.seeds if options.get("wanted") is None else options["wanted"]))
     runs = min(wanted, int(SEEDS.check("runs", options.get("runs", FIRST))))
-    begun, step = perf_counter(), FIRST
+    begun, before = perf_counter(), runs
+    # Every answer takes a run more, however slow the machine is: the page asks until it has all.
+    while runs < wanted and (runs == before or perf_counter() < begun + AT_ONCE):
+        runs += 1
+        prepare(paper, table, runs)
     outcomes = reproduce(paper, table, runs)
-    while runs < wanted and (before := perf_counter()) < begun + AT_ONCE:
-        runs = min(wanted, runs + step)
-        outcomes = reproduce(paper, table, runs)
-        # What is remembered goes fast, and says nothing about what is not: the step stays small.
-        step = min(2 * step, MOST) if perf_counter() < before + AT_ONCE / 4 else 1
     return {"cells": [cell_content(outcome) for outcome in outcomes], "runs": runs, "wanted": wanted}
 
 
