@@ -7,7 +7,8 @@
   const RETRY = 1000; // ms until then where the server cannot be reached
   let page = null;
 
-  const root = () => document.getElementById("papers");
+  // Null while another document is put in its place, whose own beginning comes after.
+  const root = () => document.querySelector(page ? `#papers[data-paper="${page.paper}"]` : "#papers");
   const place = (part) => root().querySelector(`[data-part="${part}"]`);
   const theme = () => document.documentElement.dataset.theme;
 
@@ -27,7 +28,7 @@
 
   // What is taken from the page is reported as out of sight.
   function look(entries) {
-    if (!entries[0].target.isConnected) {
+    if (!root() || !entries[0].target.isConnected) {
       leave();
       return;
     }
@@ -75,6 +76,7 @@
       await new Promise((resolve) => setTimeout(resolve, RETRY));
     }
     if (!page || page.asked !== asked || !root()) return;
+    root().toggleAttribute("data-lost", !answer);
     page.asked = null;
     if (answer) finish(asked, answer);
     next();
@@ -220,9 +222,18 @@
     setTimeout(() => (link.textContent = label), 1500);
   }
 
+  // A hash that is no text leads nowhere.
+  function hashName() {
+    try {
+      return decodeURIComponent(location.hash.slice(1));
+    } catch (error) {
+      return "";
+    }
+  }
+
   // An erratum is opened by what leads to it.
   function showPlace() {
-    const target = root() && location.hash ? document.getElementById(decodeURIComponent(location.hash.slice(1))) : null;
+    const target = root() && location.hash ? document.getElementById(hashName()) : null;
     if (!target || !root().contains(target)) return;
     if (target.tagName === "DETAILS") target.open = true;
     target.scrollIntoView();

@@ -73,6 +73,47 @@ def test_a_link_to_a_part_leads_to_it_and_can_be_shared(open_page):
     expect(other.locator("#erratum-5")).to_have_attribute("open", "")
 
 
+def test_a_hash_that_is_no_text_leads_nowhere(open_page):
+    page = open_page("papers?paper=garg2021#%E0%A4%A")
+    page.wait_for_function(SETTLED)
+    assert page.evaluate("() => scrollY") == 0
+
+
+def test_an_answer_that_comes_late_is_not_put_into_another_document(open_page):
+    page = open_page("papers?paper=jeong2017")
+    page.wait_for_function(COMPLETE)
+    held = []
+
+    def hold(route):
+        held.append(route)
+
+    page.route("**/papers/jeong2017/table-*.json*", hold)
+    with page.expect_request("**/papers/jeong2017/table-*.json*"):
+        page.select_option("#papers-seeds", "300")
+    # The other document is there, its beginning not yet.
+    page.evaluate("() => {dash_clientside.papers.begin = () => dash_clientside.no_update}")
+    page.click(".documents >> text=Njonjo, Pan & Jeong 2016")
+    expect(page.locator(".paper-card h2")).to_have_text("Njonjo, Pan & Jeong 2016")
+    (route,) = held
+    with page.expect_response("**/papers/jeong2017/table-*.json*"):
+        route.continue_()
+    page.wait_for_timeout(200)
+    assert set(page.locator("td.found[data-cell]").all_inner_texts()) == {"…"}
+
+
+def test_a_server_that_is_lost_is_named_and_asked_again(open_page):
+    page = open_page("papers?paper=garg2021")
+    page.wait_for_function(SETTLED)
+    page.route("**/papers/garg2021/*.json*", lambda route: route.fulfill(body="gone"))
+    page.evaluate("() => document.getElementById('figure-lag').scrollIntoView()")
+    expect(page.locator("#papers[data-lost]")).to_be_visible()
+    said = "gd => getComputedStyle(gd, '::before').content"
+    assert page.locator("#figure-lag .plot-frame").evaluate(said) == '"Computing …"'
+    page.unroute("**/papers/garg2021/*.json*")
+    look_at(page, "figure-lag")
+    assert page.get_attribute("#papers", "data-lost") is None
+
+
 def test_a_table_is_downloaded_with_both_columns(open_page):
     page = open_page("papers?paper=alwagih")
     with page.expect_download() as download:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from tracker_core import InputError, run_experiment
 from tracker_core.__main__ import main
-from tracker_core.papers import ERRATUM, EXACT, NAMES, OPEN, VERDICTS, WITHIN, count, papers, reproduce
+from tracker_core.papers import ERRATUM, EXACT, NAMES, OPEN, VERDICTS, WITHIN, count, papers, prepare, reproduce
 from tracker_core.papers.printed import EMPTY, half_unit, number
 from tracker_core.papers.recipes import DERIVED, SIMULATED, cells
 from tracker_core.papers.reproduce import LEVEL, agrees, estimate
@@ -135,6 +135,15 @@ def test_every_recipe_is_one(name):
         for cell in cells(paper, table):
             assert cell.recipe in DERIVED | SIMULATED, (table.name, cell.row.name, cell.column.name)
             assert (cell.recipe in SIMULATED) <= (table.seeds > 0)
+
+
+@pytest.mark.parametrize(("paper", "table"), [("yu2017", "2"), ("alwagih", "1")])
+def test_what_is_prepared_is_remembered(paper, table, monkeypatch):
+    document = papers()[paper]
+    for seed in range(1, 4):
+        prepare(document, document.table(table), seed)
+    monkeypatch.setattr("tracker_core.papers.recipes.run_experiment", None)
+    assert reproduce(document, document.table(table), 3)
 
 
 def test_counts_add_up():

@@ -103,6 +103,7 @@ class Table:
         note: with which settings it is recomputed.
         left_out: what the document does not say, and its cells therefore cannot be determined; empty where it says
             everything.
+        caveat: what must be said with every cell that lies within its interval; empty for nothing.
         comparable: whether a printed number may be compared with the recomputed interval at all.
         seeds: how many runs a simulated cell is recomputed from by default; 0 where nothing is simulated.
         variants: settings that the document leaves open: a name, a title and the fields of the experiment to change.
@@ -114,6 +115,7 @@ class Table:
     title: str
     note: str
     left_out: str
+    caveat: str
     comparable: bool
     seeds: int
     variants: tuple[Mapping[str, Any], ...]
@@ -251,6 +253,7 @@ def _table(data: dict[str, Any]) -> Table:
         title=data["title"],
         note=data["note"],
         left_out=data.get("left_out", ""),
+        caveat=data.get("caveat", ""),
         comparable=data.get("comparable", True),
         seeds=data.get("seeds", 0),
         variants=tuple(data.get("variants", ())),

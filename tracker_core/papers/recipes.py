@@ -216,15 +216,17 @@ DERIVED: dict[str, Derived] = {
 
 
 @lru_cache(maxsize=20_000)
-def _metrics(experiment: Experiment, axis: int | None) -> Metrics:
+def _metrics(experiment: Experiment, by_axis: bool) -> tuple[Metrics, ...]:
+    """Of all axes jointly, or of every axis by itself; one run does for all."""
     result = run_experiment(experiment)
-    return result.metrics if axis is None else result.axis_metrics()[axis]
+    return result.axis_metrics() if by_axis else (result.metrics,)
 
 
 def _metric(cell: Cell, change: Mapping[str, Any], seed: int) -> float:
     """A figure of merit of a run, of all axes jointly or of one."""
     axis = {**cell.column.options, **cell.row.options}.get("axis")
-    value = getattr(_metrics(replace(cell.experiment(), seed=seed, **change), axis), cell.option("metric"))
+    found = _metrics(replace(cell.experiment(), seed=seed, **change), axis is not None)
+    value = getattr(found[axis or 0], cell.option("metric"))
     return float("nan") if value is None else float(value)
 
 

@@ -15,8 +15,8 @@ from tracker_core.papers.recipes import DERIVED, SIMULATED, Cell, cells
 
 EXACT, WITHIN, ERRATUM, OPEN = "exact", "within interval", "erratum", "not determined"
 VERDICTS: dict[str, str] = {
-    EXACT: "Recomputed, it agrees to half a unit of the last printed digit.",
-    WITHIN: "One run of the document lies in the interval in which another of our runs would fall.",
+    EXACT: "Recomputed, or printed elsewhere in the document, it agrees to half a unit of the last digit.",
+    WITHIN: "The printed number lies where another of our runs would fall.",
     ERRATUM: "The document is wrong here; the erratum says why.",
     OPEN: "The document leaves out what the number depends on.",
 }
@@ -60,7 +60,7 @@ class Outcome:
         difference: of the recomputed from the printed number, relative to the printed one; None where that is zero.
         verdict: a key of VERDICTS.
         erratum: number of the erratum that explains the cell; None for none.
-        reason: why it is not exact, in a sentence; empty where it is.
+        reason: why it is not exact, or which table it repeats, in a sentence or two; else empty.
     """
 
     row: str
@@ -117,6 +117,14 @@ def reproduce(paper: Paper, table: Table, seeds: int | None = None) -> list[Outc
     return [_outcome(cell, runs) for cell in cells(paper, table)]
 
 
+def prepare(paper: Paper, table: Table, seed: int) -> None:
+    """Run what the simulated cells of a table need with one seed, in every variant; `reproduce` finds it remembered."""
+    for cell in cells(paper, table):
+        if cell.recipe in SIMULATED and seed <= int(cell.option("seeds", seed)):
+            for change in ({}, *(variant["change"] for variant in table.variants)):
+                SIMULATED[cell.recipe](cell, change, seed)
+
+
 def _outcome(cell: Cell, runs: int) -> Outcome:
     printed = float(number(cell.printed))
     found = None if cell.recipe in DERIVED else _simulate(cell, runs, {})
@@ -125,11 +133,13 @@ def _outcome(cell: Cell, runs: int) -> Outcome:
     reason = ""
     if found is None and agrees(value, cell.printed):
         verdict, erratum = EXACT, None
+        reason = f"Repeats table {cell.option('table')}." if cell.recipe == "copy" else ""
     elif erratum is not None:
         verdict, reason = ERRATUM, f"{erratum.title}."
     elif found is not None and cell.table.comparable and _holds(found, cell.printed):
         verdict = WITHIN
         reason = f"Interval of {found.runs} runs, into which another one falls with {100 * found.coverage:.0f} %."
+        reason = f"{reason} {cell.table.caveat}".strip()
     else:
         verdict, reason = OPEN, " ".join([cell.table.left_out, *_elsewhere(cell, runs)]).strip()
     return Outcome(

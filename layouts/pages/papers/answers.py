@@ -9,7 +9,8 @@ from __future__ import annotations
 import asyncio
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from time import perf_counter
 from typing import Any
@@ -25,19 +26,16 @@ from layouts.pages.papers.tables import cell_content, reasons
 from layouts.theme import THEMES
 from tracker_core import InputError
 from tracker_core.checks import check_choice
-from tracker_core.papers import NAMES, SEEDS, Outcome, Paper, Table, papers, prove, reproduce
-
-FIRST = 2
-"""Runs with which a table begins."""
+from tracker_core.papers import NAMES, SEEDS, Outcome, Paper, Table, papers, prepare, prove, reproduce
 
 _REMEMBERED: dict[tuple[str, str], int] = {}
 """Of how many runs every table has been recomputed: those cost nothing any more."""
 
+WORKERS = 2
+"""Parts that are computed at a time."""
+
 AT_ONCE = 0.4
 """Seconds after which an answer about a table takes no more runs; they come with the next."""
-
-MOST = 16
-"""Runs that are taken between two looks at the clock."""
 
 COLUMNS = (
     "row", "column", "printed", "recomputed", "low", "high", "coverage", "runs", "difference_percent", "verdict",
@@ -54,13 +52,18 @@ def register(app: Dash) -> None:
 
 
 def _add_routes(server: FastAPI) -> None:
+    # Other pages and other users must not starve beside what is computed here.
+    few = ThreadPoolExecutor(WORKERS, thread_name_prefix="papers")
     # A file comes in one piece, and a thousand runs take a minute: one after the other.
     one_file = asyncio.Semaphore(1)
+
+    async def in_turn(work: Callable[..., Any], *arguments: Any) -> Any:
+        return await asyncio.get_running_loop().run_in_executor(few, work, *arguments)
 
     @server.get("/papers/{paper}/{part}.json")
     async def part(paper: str, part: str, request: Request) -> Response:
         try:
-            found = await asyncio.to_thread(answer, paper, part, request.query_params)
+            found = await in_turn(answer, paper, part, request.query_params)
         except InputError as error:
             return Response(orjson.dumps({"error": str(error)}), _status(error), media_type="application/json")
         return Response(orjson.dumps(found), media_type="application/json")
@@ -117,16 +120,16 @@ def _named(paper: str, part: str) -> tuple[Paper, str, str]:
 def _table(paper: Paper, table: Table, options: Mapping[str, str]) -> dict[str, Any]:
     if not table.seeds:
         return _content(table, reproduce(paper, table)) | {"runs": 0, "wanted": 0}
-    wanted = int(SEEDS.check("seeds", table.seeds if options.get("wanted") is None else options["wanted"]))
-    remembered = _REMEMBERED.get((paper.name, table.name), FIRST)
-    begun, step, runs = perf_counter(), FIRST, min(wanted, remembered)
-    outcomes = reproduce(paper, table, runs)
-    while runs < wanted and (before := perf_counter()) < begun + AT_ONCE:
-        runs = min(wanted, runs + step)
-        outcomes = reproduce(paper, table, runs)
-        step = min(2 * step, MOST) if perf_counter() < before + AT_ONCE / 4 else 1
+    wanted = int(SEEDS.check("wanted", table.seeds if options.get("wanted") is None else options["wanted"]))
+    remembered = _REMEMBERED.get((paper.name, table.name), 0)
+    begun, before = perf_counter(), min(wanted, remembered)
+    runs = before
+    # Every answer takes a run more, however slow the machine is: the page asks until it has all.
+    while runs < wanted and (runs == before or perf_counter() < begun + AT_ONCE):
+        runs += 1
+        prepare(paper, table, runs)
     _REMEMBERED[paper.name, table.name] = max(runs, remembered)
-    return _content(table, outcomes) | {"runs": runs, "wanted": wanted}
+    return _content(table, reproduce(paper, table, runs)) | {"runs": runs, "wanted": wanted}
 
 
 def _content(table: Table, outcomes: list[Outcome]) -> dict[str, Any]:

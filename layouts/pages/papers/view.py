@@ -47,7 +47,7 @@ def layout(**query: str) -> Component:
         ],
         id="papers",
         className="desk",
-        **{"data-state": "busy"},
+        **{"data-state": "busy", "data-paper": paper.name},
     )
 
 

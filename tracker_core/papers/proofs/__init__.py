@@ -7,7 +7,7 @@ from functools import cache
 
 from tracker_core.checks import check_choice
 from tracker_core.papers.proof import Proof
-from tracker_core.papers.proofs import alwagih, garg, jeong, jeong_gains, yu_wu, yu_wu_tables
+from tracker_core.papers.proofs import alwagih, alwagih_significance, garg, jeong, jeong_gains, yu_wu, yu_wu_tables
 
 PROOFS: dict[str, Callable[[], Proof]] = {
     "jeong-zero-gamma": jeong_gains.zero_gamma,
@@ -20,6 +20,7 @@ PROOFS: dict[str, Callable[[], Proof]] = {
     "jeong-tracking-total": jeong.tracking_total,
     "jeong-worst": jeong.worst,
     "jeong-one-search": jeong.one_search,
+    "njonjo-conventions": jeong_gains.fragment,
     "yu-jury": yu_wu.jury,
     "yu-degenerate": yu_wu.degenerate,
     "yu-oracle": yu_wu.oracle,
@@ -34,6 +35,7 @@ PROOFS: dict[str, Callable[[], Proof]] = {
     "alwagih-tables": alwagih.tables,
     "alwagih-region": alwagih.region,
     "alwagih-ranking": alwagih.ranking,
+    "alwagih-significance": alwagih_significance.significance,
     "garg-start": garg.start,
     "garg-lag": garg.lag,
     "garg-precision": garg.precision,

@@ -88,7 +88,7 @@ def lag() -> Proof:
         ahead.append(theory[1])
         lines.append((f"α = {alpha}: smoothed; predicted", f"{metres(theory[0], 1)}; {metres(theory[1], 1)}"))
     slow = [steady_lag(Gains((alpha, 0.1)), INTERVAL, ACCELERATION) for alpha in ALPHAS]
-    recorded = run_experiment(with_gains(run, _benedict_bordner(0.99))).metrics
+    recorded = run_experiment(with_gains(run, _benedict_bordner(0.95))).metrics
     curve = np.arange(40, 100) / 100
     both = [
         [steady_lag(_benedict_bordner(float(a)), INTERVAL, ACCELERATION, predicted=p) for a in curve]
@@ -100,7 +100,7 @@ def lag() -> Proof:
             *lines,
             ("smoothed with β = 0.1, α = 0.5 … 0.99", f"{listed(slow, 0)} m"),
             (
-                "recorded, α = 0.99: smoothed; predicted; measured",
+                "recorded, α = 0.95: smoothed; predicted; measured",
                 "; ".join(
                     metres(value or 0.0, 1)
                     for value in (recorded.estimation_rmse, recorded.tracking_rmse, recorded.observation_rmse)
