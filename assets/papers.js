@@ -92,7 +92,7 @@
       const list = document.getElementById(part).querySelector(".reasons");
       list.replaceChildren(...answer.reasons.map(({ where, text, ...verdict }) => {
         const said = where ? ` ${where}. ${text}` : ` ${text}`;
-        return made("li", {}, verdictMark(verdict), said);
+        return made("li", {}, verdictMark(verdict), ...typeset(said));
       }));
       state.runs = answer.runs;
       if (answer.runs === answer.wanted) state.shown = `runs ${answer.wanted}`;
@@ -122,6 +122,12 @@
     return element;
   }
 
+  // σ_w is σ with a low w, as in layouts/text.py.
+  function typeset(text) {
+    const pieces = text.split(/(?<=[A-Za-zα-ωΛ])_([A-Za-z]+)/);
+    return pieces.map((piece, index) => (index % 2 ? made("sub", {}, piece) : piece));
+  }
+
   // The mark of a verdict is spelled out for who does not see it; that of an erratum leads there.
   function verdictMark({ verdict, mark, said }) {
     const link = verdict === "erratum" ? { href: `#${said.replace(" ", "-")}` } : {};
@@ -146,10 +152,10 @@
   }
 
   function prove(element, { formula, lines, holds, label, figure }) {
-    const rows = lines.map(([name, value]) => made("tr", {}, made("th", { scope: "row" }, name), made("td", {}, value)));
+    const rows = lines.map(([name, value]) => made("tr", {}, made("th", { scope: "row" }, ...typeset(name)), made("td", {}, ...typeset(value))));
     const verdict = holds ? "The numbers prove it." : "The numbers do not prove it.";
     const parts = [
-      made("p", { class: "proof-formula" }, formula),
+      made("p", { class: "proof-formula" }, ...typeset(formula)),
       made("table", {}, made("tbody", {}, ...rows)),
       made("p", { class: "proof-verdict", "data-tone": holds ? "good" : "bad" }, verdict),
     ];
@@ -167,7 +173,10 @@
     const all = runsWanted(part);
     const done = state.shown === wanted(part);
     card.querySelector(".progress").textContent = done || state.stopped ? `${state.runs} runs` : `${state.runs} of ${all} runs`;
-    card.querySelector(".stop").hidden = done || state.stopped;
+    const button = card.querySelector("[data-stop]");
+    button.hidden = done;
+    button.textContent = state.stopped ? "Continue" : "Stop";
+    card.querySelector("a[download]").search = state.runs ? `?seeds=${state.runs}` : "";
   }
 
   function count() {
@@ -190,7 +199,6 @@
     if (page.seeds) query.set("seeds", page.seeds);
     else query.delete("seeds");
     history.replaceState(history.state, "", `?${query}${location.hash}`);
-    for (const link of root().querySelectorAll("a[download]")) link.search = page.seeds ? `?seeds=${page.seeds}` : "";
     next();
   });
 
@@ -199,9 +207,10 @@
     const button = event.target.closest("[data-stop]");
     if (button) {
       const state = page.parts.get(button.dataset.stop);
-      state.stopped = true;
+      state.stopped = !state.stopped;
       progress(button.dataset.stop, state);
       count();
+      next();
     }
     const link = event.target.closest("a.copy");
     if (link) copy(link);

@@ -12,6 +12,8 @@ from typing import Any
 from dash import dcc, html
 from dash.development.base_component import Component
 
+from layouts.text import subscripts
+
 GRAPH_CONFIG: Any = {
     "displaylogo": False,
     "responsive": True,
@@ -25,6 +27,11 @@ def tip(text: str, sentence: str, role: str = "") -> Component:
     return html.Span(
         text, className=f"tip {role}".strip(), tabIndex=0, **{"data-tip": sentence, "aria-description": sentence}
     )
+
+
+def typeset(text: str) -> list[Component | str]:
+    """A text whose subscripts stand below the line."""
+    return [html.Sub(piece) if low else piece for piece, low in subscripts(text)]
 
 
 def error_line(page: str, name: str) -> Component:

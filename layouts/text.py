@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import floor, isfinite, log10
 
 from tracker_core import InputError
@@ -38,6 +39,15 @@ def significant(value: float, digits: int = 4) -> str:
         mantissa, exponent = f"{value:.{min(digits, 3) - 1}e}".split("e")
         return f"{mantissa}e{int(exponent)}".replace("-", "−")
     return f"{value:,.{max(0, digits - 1 - magnitude)}f}".replace("-", "−")
+
+
+_SUBSCRIPT = re.compile(r"(?<=[A-Za-zα-ωΛ])_([A-Za-z]+)")
+
+
+def subscripts(text: str) -> list[tuple[str, bool]]:
+    """A text in pieces, each with whether it stands below the line: σ_w is σ with a low w."""
+    pieces = [(piece, index % 2 == 1) for index, piece in enumerate(_SUBSCRIPT.split(text))]
+    return [(piece, low) for piece, low in pieces if piece]
 
 
 def metric_text(metric: Metric, value: float | None) -> str:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from layouts.text import change_text, error_text, metric_text, significant
+from layouts.text import change_text, error_text, metric_text, significant, subscripts
 from tracker_core import METRICS, InputError
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.experiment import read_experiment
@@ -126,3 +126,16 @@ def test_every_field_is_called_as_it_is_labelled(name):
     # Symbols of a method's parameters, such as W and m, are no names.
     symbol = "" if name in METHOD_PARAMETERS else FIELDS[name].symbol
     assert text == f"{symbol or FIELDS[name].title} must be good, got “{'x' * 40}”."
+
+
+@pytest.mark.parametrize(
+    ("text", "pieces"),
+    [
+        ("σ_w²/σ_v", [("σ", False), ("w", True), ("²/σ", False), ("v", True)]),
+        ("L_max of a_s(k)", [("L", False), ("max", True), (" of a", False), ("s", True), ("(k)", False)]),
+        ("no subscript, 5_000", [("no subscript, 5_000", False)]),
+        ("", []),
+    ],
+)
+def test_subscripts_are_what_stands_after_a_letter_and_a_low_line(text, pieces):
+    assert subscripts(text) == pieces

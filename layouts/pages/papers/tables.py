@@ -8,6 +8,7 @@ from typing import Any
 from dash import html
 from dash.development.base_component import Component
 
+from layouts.components import typeset
 from layouts.text import significant
 from tracker_core.papers import ERRATUM, EXACT, OPEN, VERDICTS, WITHIN, Outcome, Table
 from tracker_core.papers.printed import EMPTY, half_unit, number
@@ -40,11 +41,11 @@ def table_view(table: Table) -> Component:
     halves = []
     for column in table.columns:
         unit = f" ({column.unit})" if column.unit else ""
-        heads.append(html.Th(f"{column.title}{unit}", scope="colgroup", colSpan=2))
+        heads.append(html.Th(typeset(f"{column.title}{unit}"), scope="colgroup", colSpan=2))
         halves += [html.Th("printed", scope="col", className="printed"), html.Th("recomputed", scope="col")]
     rows = []
     for row in table.rows:
-        cells = [html.Th(row.title, scope="row")]
+        cells = [html.Th(typeset(row.title), scope="row")]
         for column, printed in zip(table.columns, row.cells, strict=True):
             place = {} if printed == EMPTY else {"data-cell": f"{row.name}|{column.name}"}
             kind = "found simulated" if table.seeds else "found"

@@ -8,7 +8,7 @@ from typing import Any
 from dash import dcc, html
 from dash.development.base_component import Component
 
-from layouts.components import GRAPH_CONFIG
+from layouts.components import GRAPH_CONFIG, typeset
 from layouts.figures.papers import KINDS
 from layouts.pages.papers.tables import KEYS, table_view, verdict_mark
 from layouts.state import Settings, to_query
@@ -144,7 +144,7 @@ def _intro(paper: Paper, seeds: int | None, notes: list[str]) -> Component:
 
 def _head(part: str, title: str, tools: Sequence[Component] = ()) -> Component:
     link = html.A("Link", href=f"#{part}", className="copy", **{"aria-label": f"Copy a link to {title}"})
-    return html.Div([html.H3(title), *tools, link], className="card-head")
+    return html.Div([html.H3(typeset(title)), *tools, link], className="card-head")
 
 
 def _table(paper: Paper, table: Table, seeds: int | None) -> Component:
@@ -158,7 +158,7 @@ def _table(paper: Paper, table: Table, seeds: int | None) -> Component:
     return html.Section(
         [
             _head(part, heading, tools),
-            html.P(table.note, className="hint"),
+            html.P(typeset(table.note), className="hint"),
             html.Div(
                 table_view(table),
                 className="table-frame",
@@ -167,7 +167,7 @@ def _table(paper: Paper, table: Table, seeds: int | None) -> Component:
                 **{"data-part": part, "aria-label": f"{heading}, printed and recomputed"},
             ),
             html.Ul(className="reasons hint"),
-            html.P(f"Not printed: {table.left_out}", className="hint") if table.left_out else None,
+            html.P(typeset(f"Not printed: {table.left_out}"), className="hint") if table.left_out else None,
             _links(paper, _run_names(table)),
         ],
         id=part,
@@ -200,7 +200,7 @@ def _figure(paper: Paper, figure: Illustration) -> Component:
                 style={"height": KINDS[figure.kind].height},
                 **{"data-part": part, "aria-label": f"{figure.title}. {figure.note}"},
             ),
-            html.P(figure.note, className="hint"),
+            html.P(typeset(figure.note), className="hint"),
             _links(paper, figure.options.get("runs", ())),
         ],
         id=part,
@@ -216,13 +216,13 @@ def _erratum(paper: Paper, erratum: Erratum) -> Component:
             html.Summary(
                 [
                     html.Span(f"{erratum.number}", className="number"),
-                    html.H3(erratum.title),
+                    html.H3(typeset(erratum.title)),
                     html.Span(erratum.where, className="hint"),
                 ]
             ),
             html.Div(
                 [
-                    html.Dl([html.Div([html.Dt(term), html.Dd(text)]) for term, text in said]),
+                    html.Dl([html.Div([html.Dt(term), html.Dd(typeset(text))]) for term, text in said]),
                     html.Div(className="proof", **{"data-part": part}),
                 ],
                 className="erratum-body",
@@ -239,10 +239,10 @@ def _equations(paper: Paper) -> Component:
         html.Tr(
             [
                 html.Th(equation.name, scope="row"),
-                html.Td(equation.formula, className="text formula-text"),
-                html.Td(equation.what, className="text"),
+                html.Td(typeset(equation.formula), className="text formula-text"),
+                html.Td(typeset(equation.what), className="text"),
                 html.Td(
-                    [equation.here, *(html.A(f"erratum {n}", href=f"#erratum-{n}") for n in equation.errata)],
+                    [*typeset(equation.here), *(html.A(f"erratum {n}", href=f"#erratum-{n}") for n in equation.errata)],
                     className="text",
                 ),
             ]
