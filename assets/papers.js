@@ -89,11 +89,7 @@
       place(part).textContent = answer.error;
     } else if (answer.cells) {
       for (const cell of answer.cells) fill(place(part).querySelector(`[data-cell="${cell.cell}"]`), cell);
-      const list = document.getElementById(part).querySelector(".reasons");
-      list.replaceChildren(...answer.reasons.map(({ where, text, ...verdict }) => {
-        const said = where ? ` ${where}. ${text}` : ` ${text}`;
-        return made("li", {}, verdictMark(verdict), ...typeset(said));
-      }));
+      document.getElementById(part).querySelector(".reasons").replaceChildren(...answer.reasons.map(reason));
       state.runs = answer.runs;
       if (answer.runs === answer.wanted) state.shown = `runs ${answer.wanted}`;
     } else {
@@ -142,6 +138,10 @@
     element.title = why;
   }
 
+  function reason({ where, text, ...verdict }) {
+    return made("li", {}, verdictMark(verdict), ...typeset(where ? ` ${where}. ${text}` : ` ${text}`));
+  }
+
   // plotly comes with Dash's first graph.
   async function draw(element, figure) {
     element.dataset.plot = "";
@@ -152,7 +152,9 @@
   }
 
   function prove(element, { formula, lines, holds, label, figure }) {
-    const rows = lines.map(([name, value]) => made("tr", {}, made("th", { scope: "row" }, ...typeset(name)), made("td", {}, ...typeset(value))));
+    const rows = lines.map(([name, value]) => {
+      return made("tr", {}, made("th", { scope: "row" }, ...typeset(name)), made("td", {}, ...typeset(value)));
+    });
     const verdict = holds ? "The numbers prove it." : "The numbers do not prove it.";
     const parts = [
       made("p", { class: "proof-formula" }, ...typeset(formula)),
@@ -170,9 +172,9 @@
 
   function progress(part, state) {
     const card = document.getElementById(part);
-    const all = runsWanted(part);
     const done = state.shown === wanted(part);
-    card.querySelector(".progress").textContent = done || state.stopped ? `${state.runs} runs` : `${state.runs} of ${all} runs`;
+    const of = done || state.stopped ? "" : ` of ${runsWanted(part)}`;
+    card.querySelector(".progress").textContent = `${state.runs}${of} runs`;
     const button = card.querySelector("[data-stop]");
     button.hidden = done;
     button.textContent = state.stopped ? "Continue" : "Stop";
@@ -180,13 +182,11 @@
   }
 
   function count() {
-    let all = true;
     for (const place of root().querySelectorAll("[data-count]")) {
-      const found = root().querySelectorAll(`td [data-verdict="${place.dataset.count}"]`).length;
-      place.textContent = found;
+      place.textContent = root().querySelectorAll(`td [data-verdict="${place.dataset.count}"]`).length;
     }
-    for (const entry of page.parts) if (entry[0] in page.tables && isDue(entry)) all = false;
-    document.getElementById("papers-verdicts").dataset.complete = all ? "yes" : "no";
+    const due = [...page.parts].some((entry) => entry[0] in page.tables && isDue(entry));
+    document.getElementById("papers-verdicts").dataset.complete = due ? "no" : "yes";
   }
 
   // ------------------------------------------------------------------ what a hand does
@@ -194,7 +194,9 @@
   document.addEventListener("change", (event) => {
     if (!page || !root() || event.target.id !== "papers-seeds") return;
     page.seeds = Number(event.target.value) || null;
-    for (const [part, state] of page.parts) if (runsWanted(part)) Object.assign(state, { runs: 0, shown: null, stopped: false });
+    for (const [part, state] of page.parts) {
+      if (runsWanted(part)) Object.assign(state, { runs: 0, shown: null, stopped: false });
+    }
     const query = new URLSearchParams(location.search);
     if (page.seeds) query.set("seeds", page.seeds);
     else query.delete("seeds");

@@ -174,7 +174,7 @@ def test_figures_and_proofs_take_the_other_theme(open_page):
             return gd && gd._fullLayout && gd._fullLayout.meta.theme === 'dark'}""",
             arg=part,
         )
-    page.wait_for_function(SETTLED)
+        assert [meta["theme"] for meta in metas(page, part)] == ["dark"]
 
 
 def test_it_looks_right_at_every_width_in_both_themes(open_page, check_look):

@@ -61,8 +61,8 @@ def cell(paper, table, row, column):
     return papers()[paper].table(table).printed(row, column)
 
 
-def close(found, expected, decimals):
-    """Whether numbers that a line prints with so many decimals are those expected."""
+def assert_close(found, expected, decimals):
+    """Numbers that a line prints with so many decimals are those expected."""
     assert found == pytest.approx(expected, rel=1e-9, abs=0.5000001 * 10.0**-decimals)
 
 
@@ -170,8 +170,8 @@ def test_jeong_zero_gamma():
     beta = alpha**2 / (2 - alpha)
     assert 2 * beta == alpha * (alpha + beta)
     assert value(name, "γ at α = 43/50") == "0"
-    close(values(name, "γ at α = 0.86")[-1], 2.0**-51, 20)
-    close(values(name, "γ printed")[-1], 2.0**-51, 20)
+    assert_close(values(name, "γ at α = 0.86")[-1], 2.0**-51, 20)
+    assert_close(values(name, "γ printed")[-1], 2.0**-51, 20)
     # A gain of 2^-51 per sample may add up to 1,000 samples squared of it, times the innovations.
     assert values(name, "farthest")[-1] < 1000**3 * 2.0**-51 * 100
 
@@ -183,13 +183,13 @@ def test_jeong_precedence():
     assert value(name, "β²/(2α), eq. 13") == f"{float(beta**2 / (2 * alpha)):.4f}"
     for gamma in (0.0101, 0.0363):
         median = np.median(ship((0.5277, 0.1956, 2 * gamma))[0])
-        close(values(name, f"total tracking error with γ = {gamma}")[0], median, 0)
+        assert_close(values(name, f"total tracking error with γ = {gamma}")[0], median, 0)
 
 
 def test_jeong_xi():
     for xi in (Fraction("0.64"), Fraction("0.62")):
         gains = (1 - xi**3, Fraction(3, 2) * (1 - xi) ** 2 * (1 + xi), (1 - xi) ** 3)
-        close(values("jeong-xi", f"at ξ = {float(xi)}"), [float(gain) for gain in gains], 4)
+        assert_close(values("jeong-xi", f"at ξ = {float(xi)}"), [float(gain) for gain in gains], 4)
 
 
 def test_jeong_doubled_gain():
@@ -197,10 +197,10 @@ def test_jeong_doubled_gain():
     proper = fading(0.64, 3)
     doubled = proper * (1, 1, 2)
     magnitudes = sorted(np.abs(np.linalg.eigvals(TRANSITION[3] @ keep(doubled))), reverse=True)
-    close(values(name, "their magnitudes"), magnitudes, 3)
+    assert_close(values(name, "their magnitudes"), magnitudes, 3)
     as_run, designed = ship(doubled), ship(proper)
-    close(values(name, "total tracking"), [np.median(as_run[0]), np.median(designed[0])], 0)
-    close(values(name, "total estimation"), [np.median(as_run[2]), np.median(designed[2])], 0)
+    assert_close(values(name, "total tracking"), [np.median(as_run[0]), np.median(designed[0])], 0)
+    assert_close(values(name, "total estimation"), [np.median(as_run[2]), np.median(designed[2])], 0)
 
 
 @pytest.mark.parametrize(
@@ -215,10 +215,10 @@ def test_jeong_conventions(reading, factors, poles):
     name = "jeong-conventions"
     roots = np.linalg.eigvals(TRANSITION[4] @ keep(fading(0.74, 4) * factors))
     _, imaginary = curve(name, reading)
-    close(np.sort(np.abs(imaginary)), np.sort(np.abs(roots.imag)), 2)
+    assert_close(np.sort(np.abs(imaginary)), np.sort(np.abs(roots.imag)), 2)
     assert value(name, f"poles, {reading}") == poles
     real = [numbers(part)[0] for part in poles.split(", ")]
-    close(sorted(set(real)), sorted({round(root, 3) for root in roots.real}), 2)
+    assert_close(sorted(set(real)), sorted({round(root, 3) for root in roots.real}), 2)
     best = values(name, f"best ξ, {reading}")[0]
     around = [np.median(ship(fading(best + step, 4) * factors, 5)[0]) for step in (-0.01, 0, 0.01)]
     assert around[1] == min(around)
@@ -228,7 +228,7 @@ def test_jeong_differences():
     name = "jeong-differences"
     assert value(name, "tracking: 19,622") == f"{19622 - 17859:,} m"
     assert value(name, "estimation: 10,653") == f"{10653 - 10227} m"
-    close(values(name, "what is left"), [1763 - 1733.27 - 1, 426 - 419.49 - 1], 2)
+    assert_close(values(name, "what is left"), [1763 - 1733.27 - 1, 426 - 419.49 - 1], 2)
 
 
 def test_jeong_gray_murray(steady_kalman):
@@ -236,24 +236,24 @@ def test_jeong_gray_murray(steady_kalman):
     drive = index * np.array([1 / 2, 1, 1])
     best = steady_kalman(np.outer(drive, drive))
     theirs = np.array(kalata(index))
-    close(values(name, "α, β, γ: Gray"), best, 4)
-    close(values(name, "α, β, γ: eq. 10–13")[-3:], theirs, 4)
+    assert_close(values(name, "α, β, γ: Gray"), best, 4)
+    assert_close(values(name, "α, β, γ: eq. 10–13")[-3:], theirs, 4)
     titles = ("Gray & Murray", "eq. 10–13, γ/T²", "eq. 10–13, 2γ/T²")
     for title, g in zip(titles, (best, theirs, theirs * (1, 1, 2)), strict=True):
         f, q = TRANSITION[3], np.outer(drive, drive)
         p = solve_discrete_lyapunov(keep(g) @ f, keep(g) @ q @ keep(g).T + np.outer(g, g))
         smoothed, predicted = values(name, f"variances, smoothed; predicted: {title}")[-2:]
-        close(smoothed, p[0, 0], 3)
-        close(predicted, (f @ p @ f.T + q)[0, 0], 2)
+        assert_close(smoothed, p[0, 0], 3)
+        assert_close(predicted, (f @ p @ f.T + q)[0, 0], 2)
     totals = [np.median(ship(g)[0]) for g in (best, theirs * (1, 1, 2))]
-    close(values(name, "the ship"), totals, 0)
+    assert_close(values(name, "the ship"), totals, 0)
 
 
 def test_jeong_tracking_total():
     error, innovation, _ = ship((0.86, 0.86**2 / 1.14))
     for what, totals in (("error against the truth", error), ("innovation", innovation)):
         found = values("jeong-tracking-total", f"{what}, started from two")
-        close(found, [totals.min(), np.median(totals), totals.max()], 0)
+        assert_close(found, [totals.min(), np.median(totals), totals.max()], 0)
 
 
 def test_jeong_worst():
@@ -262,8 +262,8 @@ def test_jeong_worst():
     assert values(name, "estimation error printed, Gray–Murray") == [11_693]
     assert values(name, "estimation error printed, Benedict–Bordner") == [11_677]
     alpha, beta, gamma = kalata(0.2846)
-    close(values(name, "recomputed, Gray–Murray")[0], np.median(ship((alpha, beta, 2 * gamma))[2]), 0)
-    close(values(name, "recomputed, Benedict–Bordner")[0], np.median(ship((0.86, 0.86**2 / 1.14))[2]), 0)
+    assert_close(values(name, "recomputed, Gray–Murray")[0], np.median(ship((alpha, beta, 2 * gamma))[2]), 0)
+    assert_close(values(name, "recomputed, Benedict–Bordner")[0], np.median(ship((0.86, 0.86**2 / 1.14))[2]), 0)
 
 
 def test_jeong_one_search():
@@ -277,8 +277,8 @@ def test_jeong_one_search():
         expected = np.median(ship((alpha, beta, 2 * gamma), 10)[1])
         assert forward[list(process).index(decade)] == pytest.approx(expected, rel=1e-9)
     alpha, beta, gamma = kalata(9 * sqrt(10**-2.5))
-    close(values(name, "half a decade")[-1], np.median(ship((alpha, beta, 2 * gamma))[0]), 0)
-    close(values(name, "σ_w for the same")[-1], 10 * sqrt(1e-3), 3)
+    assert_close(values(name, "half a decade")[-1], np.median(ship((alpha, beta, 2 * gamma))[0]), 0)
+    assert_close(values(name, "σ_w for the same")[-1], 10 * sqrt(1e-3), 3)
 
 
 # Yu & Wu -----------------------------------------------------------------------------------------------------------
@@ -312,7 +312,7 @@ def test_yu_jury():
             of = {3: 64, 4: 384}[order]
             assert values(name, f"order {order}: stable of {of}, {title}") == [stable.sum()]
             if factor > 1:
-                close(values(name, "largest poles")[order - 3], largest, 2)
+                assert_close(values(name, "largest poles")[order - 3], largest, 2)
     # (z + 1/2)^4 from the paper's own eq. 20.
     a, b, c, d = 15 / 16, 81 / 32, 27 / 4, 243 / 8
     polynomial = [1, a + b + c / 4 + d / 36 - 4, 6 - 3 * a - 2 * b + d / 9, 3 * a + b - c / 4 + d / 36 - 4, 1 - a]
@@ -370,7 +370,7 @@ def test_yu_oracle():
     for sigma in (1, 50):
         true, measured, smoothed = searched(f"gamma-sigma-{sigma}", 2, gamma, "first", range(1, 21))
         raw, found = (np.median(np.sqrt(((one - true) ** 2).sum(axis=2).mean(axis=1))) for one in (measured, smoothed))
-        close(values("yu-oracle", f"σ = {sigma} m")[:2], [raw / sigma, found / sigma], 3)
+        assert_close(values("yu-oracle", f"σ = {sigma} m")[:2], [raw / sigma, found / sigma], 3)
 
 
 def test_yu_oracle_of_order_four():
@@ -378,7 +378,7 @@ def test_yu_oracle_of_order_four():
     stable, _ = stable_sets(sets)
     true, _, smoothed = searched("delta-sigma-10", 2, sets[stable], "last", range(1, 21))
     rmse = np.median(np.sqrt(((smoothed - true) ** 2).sum(axis=2).mean(axis=1)))
-    close(values("yu-oracle", "σ = 10 m")[2], rmse / 10, 3)
+    assert_close(values("yu-oracle", "σ = 10 m")[2], rmse / 10, 3)
 
 
 def literal(g, eq6, eq8, steps):
@@ -436,9 +436,9 @@ def test_yu_undefined():
     )  # fmt: skip
     true, _, smoothed = searched(quiet, 2, grid(3, Fraction(1)), "first", range(1, 6))
     norms = np.sqrt(((smoothed - true) ** 2).sum(axis=(1, 2))) / true.shape[1]
-    close(values(name, "L2 with σ")[-2], np.median(norms), 8)
+    assert_close(values(name, "L2 with σ")[-2], np.median(norms), 8)
     power = np.mean(true[0, :, 0] ** 2)
-    close(values(name, "SNR = 5")[-2:], [sqrt(power / 5), sqrt(power / 10**0.5)], 0)
+    assert_close(values(name, "SNR = 5")[-2:], [sqrt(power / 5), sqrt(power / 10**0.5)], 0)
 
 
 def test_yu_swapped():
@@ -469,9 +469,9 @@ def test_yu_manoeuvre():
     pushes = {"eq. 1": (t**3 / 6, t**2 / 2, 1), "eq. 2": (t**2 / 2, t, 1), "eq. 3–5": (t**3 / 6, t**2 / 2, t)}
     for name, push in pushes.items():
         found = [line for line in prove("yu-manoeuvre").lines if line[0].startswith(name) and "adds" in line[0]]
-        close(numbers(found[0][1]), [float(part) for part in push], 6)
+        assert_close(numbers(found[0][1]), [float(part) for part in push], 6)
     # Var(w - w') = 2 Var(w); with 100,000 draws to a hundredth.
-    close(values("yu-manoeuvre", "variance left")[-1], 2.0, 1)
+    assert_close(values("yu-manoeuvre", "variance left")[-1], 2.0, 1)
 
 
 def test_yu_monotone():
@@ -505,11 +505,11 @@ def test_alwagih_hindsight():
     bank = np.array([varied([(a, a * a / (2 - a))] * 198, z) for a in alphas])
     nearest = np.abs(bank - z[:, 2:]).argmin(axis=0)
     chosen = np.take_along_axis(bank, nearest[None], axis=0)[0]
-    close(values(name, "RMS distance of M5")[-1], np.sqrt(((chosen - z[:, 2:]) ** 2).mean(axis=(0, 1))).min(), 1)
+    assert_close(values(name, "RMS distance of M5")[-1], np.sqrt(((chosen - z[:, 2:]) ** 2).mean(axis=(0, 1))).min(), 1)
     error, noise = (chosen - true[:, 2:]).ravel(), (z - true)[:, 2:].ravel()
-    close(values(name, "correlation of M5")[-1], np.corrcoef(error, noise)[0, 1], 2)
+    assert_close(values(name, "correlation of M5")[-1], np.corrcoef(error, noise)[0, 1], 2)
     rmse = np.median(np.sqrt(((chosen - true[:, 2:]) ** 2).mean(axis=1)), axis=0)
-    close(values(name, "RMSE in x, y, white")[:2], rmse, 1)
+    assert_close(values(name, "RMSE in x, y, white")[:2], rmse, 1)
 
 
 def test_alwagih_target():
@@ -522,7 +522,7 @@ def test_alwagih_target():
         rmse = [np.sqrt(((one - true[:, 2:]) ** 2)[:, :, 1].mean(axis=1)) for one in (fixed, growing)]
         expected = [printed[0] / printed[1], np.median(rmse[0] / rmse[1])]
         place = {"white": slice(0, 2), "coloured": slice(2, 4)}[colour]
-        close(values(name, "RMSE in y, M1 over M2")[place], expected, 1)
+        assert_close(values(name, "RMSE in y, M1 over M2")[place], expected, 1)
     methods = ("m1", "m2", "m3", "m4", "m5")
     order = sorted(methods, key=lambda m: sum(float(cell("alwagih", "1", f"{k}-x", m)) for k in range(1, 6)))
     assert value(name, "white, x").split("; ")[0] == " ".join(order).upper()
@@ -550,7 +550,7 @@ def test_alwagih_region():
     name = "alwagih-region"
     alpha, beta = 1.6, 0.2
     roots = np.roots([1, alpha + beta - 2, 1 - alpha])
-    close(sorted(values(name, "poles at")), sorted(roots), 3)
+    assert_close(sorted(values(name, "poles at")), sorted(roots), 3)
     x = v = 0.0
     errors = []
     for _ in range(12):
@@ -564,7 +564,7 @@ def test_alwagih_region():
         for a in np.arange(1.05, 1.96, 0.05)
         for b in np.arange(0.05, 0.96, 0.05) * (4 - 2 * a)
     )
-    close(values(name, "their largest")[-1], largest, 3)
+    assert_close(values(name, "their largest")[-1], largest, 3)
 
 
 def test_alwagih_ranking():
@@ -572,8 +572,8 @@ def test_alwagih_ranking():
         second, third, fourth = (
             mean(Fraction(cell("alwagih", table, f"{k}-y", m)) for k in range(1, 6)) for m in ("m2", "m3", "m4")
         )
-        close(values("alwagih-ranking", f"{colour}, y: M4 over M3")[-1], float(fourth / third), 2)
-        close(values("alwagih-ranking", f"{colour}, y: M2 − M3")[-1], float(second - third), 4)
+        assert_close(values("alwagih-ranking", f"{colour}, y: M4 over M3")[-1], float(fourth / third), 2)
+        assert_close(values("alwagih-ranking", f"{colour}, y: M2 − M3")[-1], float(second - third), 4)
 
 
 def test_alwagih_significance():
@@ -617,7 +617,7 @@ def aircraft(run, g, state, steps=None):
 def test_garg_start():
     for speed in (40.0, 50.0):
         _, _, smoothed = aircraft("accelerating-earlier", (0.5, 0.4, 0.1), (30_000.0, speed))
-        close(values("garg-start", f"started with {speed:g}"), smoothed[:3], 1)
+        assert_close(values("garg-start", f"started with {speed:g}"), smoothed[:3], 1)
     # 30,000 + 5 · 50 = 30,250 is predicted, 30,160 measured.
     assert values("garg-start", "started with 50")[0] == (30_250 + 30_160) / 2
 
@@ -628,10 +628,10 @@ def test_garg_lag():
         beta = alpha**2 / (2 - alpha)
         z = 30_000 + 4 * times**2
         _, predicted, smoothed = aircraft("accelerating", (alpha, beta), (30_000.0, 0.0), z)
-        close(values("garg-lag", f"α = {alpha}:"), [z[-1] - smoothed[-1], z[-1] - predicted[-1]], 1)
+        assert_close(values("garg-lag", f"α = {alpha}:"), [z[-1] - smoothed[-1], z[-1] - predicted[-1]], 1)
     true, predicted, smoothed = aircraft("accelerating", (0.95, 0.95**2 / 1.05), (30_000.0, 50.0))
     found = [np.sqrt(np.mean((one - true) ** 2)) for one in (smoothed, predicted)]
-    close(values("garg-lag", "recorded, α = 0.95")[:2], found, 1)
+    assert_close(values("garg-lag", "recorded, α = 0.95")[:2], found, 1)
 
 
 def test_garg_precision(steady_kalman):
@@ -644,11 +644,11 @@ def test_garg_precision(steady_kalman):
         for process, target in ((0.001, "steady"), (8.0, "manoeuvring")):
             gains = steady_kalman(process**2 * np.outer(drive, drive), sensor**2, 5.0)
             (found,) = [text for label, text in prove(name).lines if title in label and target in label]
-            close(numbers(found)[-1], gains[0], 3)
+            assert_close(numbers(found)[-1], gains[0], 3)
     for alpha, left in zip((0.1, 0.3, 0.5, 0.7, 0.9), values(name, "no manoeuvre")[-5:], strict=True):
         g = np.array([alpha, 2 * (2 - alpha) - 4 * sqrt(1 - alpha)])
         p = solve_discrete_lyapunov(keep(g) @ TRANSITION[2], np.outer(g, g))
-        close(left, p[0, 0], 3)
+        assert_close(left, p[0, 0], 3)
 
 
 def test_garg_gamma():
@@ -659,13 +659,13 @@ def test_garg_gamma():
         for gamma in numbers(label):
             true, _, smoothed = aircraft(run, (0.5, 0.4, gamma), (30_000.0, 50.0))
             found.append(np.sqrt(np.mean((smoothed - true) ** 2)))
-        close(values(name, f"{title} ranges"), found, 1)
+        assert_close(values(name, f"{title} ranges"), found, 1)
         best = numbers(label)[-1]
         for beside in (best - 0.002, best + 0.002):
             true, _, smoothed = aircraft(run, (0.5, 0.4, beside), (30_000.0, 50.0))
             assert np.sqrt(np.mean((smoothed - true) ** 2)) > found[-1]
     poles = np.abs(np.linalg.eigvals(TRANSITION[3] @ keep((0.5, 0.4, 2 * 0.263))))
-    close(values(name, "largest pole")[-1], poles.max(), 3)
+    assert_close(values(name, "largest pole")[-1], poles.max(), 3)
     border = np.abs(np.linalg.eigvals(TRANSITION[3] @ keep((0.5, 0.4, 2 * 0.2 / 1.5))))
     assert border.max() == pytest.approx(1)
-    close(values(name, "γ below")[-1], 0.2 / 1.5, 4)
+    assert_close(values(name, "γ below")[-1], 0.2 / 1.5, 4)

@@ -46,9 +46,17 @@ class Cell:
         """The name of its recipe."""
         return self.row.recipes.get(self.column.name) or self.row.recipe or self.column.recipe
 
-    def option(self, name: str, default: Any = None) -> Any:
-        """What the recipe is told: by the row, else by the column."""
-        value = {**self.column.options, **self.row.options}.get(name, default)
+    def told(self, name: str, default: Any = None) -> Any:
+        """What the recipe is told, by the row, else by the column; the default where neither does."""
+        return self.row.options.get(name, self.column.options.get(name, default))
+
+    def option(self, name: str) -> Any:
+        """What the recipe must be told.
+
+        Raises:
+            InputError: where it is not.
+        """
+        value = self.told(name)
         if value is None:
             raise InputError(name, f"must be given for the recipe '{self.recipe}'", None)
         return value
@@ -67,7 +75,7 @@ class Cell:
         return tuple(row.name for row in self._table().rows)
 
     def _table(self) -> Table:
-        return self.paper.table(self.option("table", self.table.name))
+        return self.paper.table(self.told("table", self.table.name))
 
 
 def cells(paper: Paper, table: Table) -> list[Cell]:
@@ -153,7 +161,7 @@ def _next_prediction(cell: Cell) -> float:
 
 def _copy(cell: Cell) -> float:
     """What another table prints; the row there may have another name."""
-    return cell.number(cell.option("row", cell.row.name), cell.option("column", cell.column.name))
+    return cell.number(cell.told("row", cell.row.name), cell.told("column", cell.column.name))
 
 
 def _excess(cell: Cell) -> float:
@@ -183,12 +191,12 @@ def _percent_change(cell: Cell) -> float:
 
 
 def _difference(cell: Cell) -> float:
-    column = cell.option("column", cell.column.name)
+    column = cell.told("column", cell.column.name)
     return cell.number(cell.option("minuend"), column) - cell.number(cell.option("subtrahend"), column)
 
 
 def _difference_percent(cell: Cell) -> float:
-    return 100 * _difference(cell) / cell.number(cell.option("minuend"), cell.option("column", cell.column.name))
+    return 100 * _difference(cell) / cell.number(cell.option("minuend"), cell.told("column", cell.column.name))
 
 
 Derived = Callable[[Cell], float]
@@ -224,7 +232,7 @@ def _metrics(experiment: Experiment, by_axis: bool) -> tuple[Metrics, ...]:
 
 def _metric(cell: Cell, change: Mapping[str, Any], seed: int) -> float:
     """A figure of merit of a run, of all axes jointly or of one."""
-    axis = {**cell.column.options, **cell.row.options}.get("axis")
+    axis = cell.told("axis")
     found = _metrics(replace(cell.experiment(), seed=seed, **change), axis is not None)
     value = getattr(found[axis or 0], cell.option("metric"))
     return float("nan") if value is None else float(value)
@@ -240,7 +248,7 @@ def _optimum(cell: Cell, change: Mapping[str, Any], seed: int) -> float:
 
 def grid(cell: Cell) -> tuple[float, ...]:
     """The values that an optimum is looked for among: steps between two ends, or decades."""
-    decades = {**cell.column.options, **cell.row.options}.get("decades")
+    decades = cell.told("decades")
     if decades is not None:
         return tuple(10.0**power for power in range(decades[0], decades[1] + 1))
     low, high, step = (cell.option(name) for name in ("low", "high", "step"))

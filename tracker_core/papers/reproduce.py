@@ -9,7 +9,7 @@ from math import floor, isfinite
 from typing import Any
 
 from tracker_core.checks import Domain, InputError
-from tracker_core.papers.document import Paper, Table
+from tracker_core.papers.document import Erratum, Paper, Table
 from tracker_core.papers.printed import half_unit, number
 from tracker_core.papers.recipes import DERIVED, SIMULATED, Cell, cells
 
@@ -120,7 +120,7 @@ def reproduce(paper: Paper, table: Table, seeds: int | None = None) -> list[Outc
 def prepare(paper: Paper, table: Table, seed: int) -> None:
     """Run what the simulated cells of a table need with one seed, in every variant; `reproduce` finds it remembered."""
     for cell in cells(paper, table):
-        if cell.recipe in SIMULATED and seed <= int(cell.option("seeds", seed)):
+        if cell.recipe in SIMULATED and seed <= cell.told("seeds", seed):
             for change in ({}, *(variant["change"] for variant in table.variants)):
                 SIMULATED[cell.recipe](cell, change, seed)
 
@@ -129,19 +129,8 @@ def _outcome(cell: Cell, runs: int) -> Outcome:
     printed = float(number(cell.printed))
     found = None if cell.recipe in DERIVED else _simulate(cell, runs, {})
     value = DERIVED[cell.recipe](cell) if found is None else found.median
-    erratum = cell.paper.erratum(cell.table.name, cell.row.name, cell.column.name)
-    reason = ""
-    if found is None and agrees(value, cell.printed):
-        verdict, erratum = EXACT, None
-        reason = f"Repeats table {cell.option('table')}." if cell.recipe == "copy" else ""
-    elif erratum is not None:
-        verdict, reason = ERRATUM, f"{erratum.title}."
-    elif found is not None and cell.table.comparable and _holds(found, cell.printed):
-        verdict = WITHIN
-        reason = f"Interval of {found.runs} runs, into which another one falls with {100 * found.coverage:.0f} %."
-        reason = f"{reason} {cell.table.caveat}".strip()
-    else:
-        verdict, reason = OPEN, " ".join([cell.table.left_out, *_elsewhere(cell, runs)]).strip()
+    verdict, reason = _judge(cell, value, found, runs)
+    erratum = _erratum(cell) if verdict == ERRATUM else None
     return Outcome(
         row=cell.row.name,
         column=cell.column.name,
@@ -153,6 +142,23 @@ def _outcome(cell: Cell, runs: int) -> Outcome:
         erratum=None if erratum is None else erratum.number,
         reason=reason,
     )
+
+
+def _judge(cell: Cell, value: float, found: Estimate | None, runs: int) -> tuple[str, str]:
+    """The verdict on a cell, and the reason for it."""
+    if found is None and agrees(value, cell.printed):
+        return EXACT, f"Repeats table {cell.option('table')}." if cell.recipe == "copy" else ""
+    erratum = _erratum(cell)
+    if erratum is not None:
+        return ERRATUM, f"{erratum.title}."
+    if found is not None and cell.table.comparable and _holds(found, cell.printed):
+        said = f"Interval of {found.runs} runs, into which another one falls with {100 * found.coverage:.0f} %."
+        return WITHIN, f"{said} {cell.table.caveat}".strip()
+    return OPEN, " ".join([cell.table.left_out, *_elsewhere(cell, runs)]).strip()
+
+
+def _erratum(cell: Cell) -> Erratum | None:
+    return cell.paper.erratum(cell.table.name, cell.row.name, cell.column.name)
 
 
 def agrees(value: float, printed: str) -> bool:
@@ -168,7 +174,7 @@ def _holds(found: Estimate, printed: str) -> bool:
 
 def _simulate(cell: Cell, runs: int, change: dict[str, Any]) -> Estimate:
     recipe = SIMULATED[cell.recipe]
-    runs = min(runs, int(cell.option("seeds", runs)))
+    runs = min(runs, cell.told("seeds", runs))
     return estimate(recipe(cell, change, seed) for seed in range(1, runs + 1))
 
 

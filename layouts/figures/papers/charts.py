@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import numpy as np
 
 from layouts.figures.common import Figure, packed
 from layouts.figures.papers.look import LEGEND, frame, hover, log_axis, titled
+from layouts.text import subscripts
 from layouts.theme import LINES, hollow, tokens
 from tracker_core.papers.proof import Chart, Series
 
@@ -38,7 +38,7 @@ def chart_figure(chart: Chart, theme: str) -> Figure:
     x_axis, y_axis = titled(typeset(chart.x_title), automargin=True), titled(typeset(chart.y_title))
     if chart.z_plane:
         reach = max(REACH, 1.1 * max(map(abs, numbers), default=0.0))
-        x_axis |= {"range": [-reach, reach]}
+        x_axis |= {"range": [-reach, reach], "constrain": "domain"}
         y_axis |= {"range": [-reach, reach], "scaleanchor": "x"}
     elif chart.logarithmic:
         heights = [value for series in chart.series for value in series.y if value > 0]
@@ -59,8 +59,8 @@ def chart_figure(chart: Chart, theme: str) -> Figure:
 
 
 def typeset(text: str) -> str:
-    """a_s as a with an index."""
-    return re.sub(r"(?<=\w)_(\w)", r"<sub>\1</sub>", text)
+    """The text with plotly's subscripts."""
+    return "".join(f"<sub>{piece}</sub>" if low else piece for piece, low in subscripts(text))
 
 
 def _trace(chart: Chart, series: Series, again: int, theme: str) -> dict[str, Any]:
