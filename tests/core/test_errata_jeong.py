@@ -9,15 +9,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from tests.core.oracles import filter_poles, printed
 from tracker_core.papers import papers
-from tracker_core.papers.printed import EMPTY, half_unit, number
-
-
-def printed(paper, table, column):
-    """The numbers of a column by row, exactly."""
-    found = papers()[paper].table(table)
-    cells = {row.name: found.printed(row.name, column) for row in found.rows}
-    return {name: number(cell) for name, cell in cells.items() if cell != EMPTY}
+from tracker_core.papers.printed import half_unit, number
 
 
 def order_3(xi):
@@ -120,17 +114,6 @@ def test_totals(paper, table, row, column):
 
 
 # What the errata say -----------------------------------------------------------------------------------------------
-
-
-def radius(gains):
-    """The largest modulus among the poles of gains for 1, 1/T, 1/T^2, 1/T^3."""
-    return np.abs(filter_poles(gains)).max()
-
-
-def filter_poles(gains):
-    order = len(gains)
-    transition = [[1 / factorial(j - i) if j >= i else 0 for j in range(order)] for i in range(order)]
-    return np.linalg.eigvals((np.eye(order) - np.outer(gains, np.eye(order)[0])) @ np.array(transition))
 
 
 def test_jeong_zero_gamma_is_double_precision():

@@ -14,6 +14,7 @@ from math import hypot
 import pytest
 from scipy.optimize import brentq
 
+from tests.core.oracles import garg_filter
 from tracker_core import InputError
 from tracker_core.papers import NAMES, papers
 from tracker_core.papers.printed import EMPTY, half_unit, number
@@ -223,21 +224,6 @@ RANGES = {
 }
 
 
-def garg_filter(ranges, speed, alpha, beta, gamma):
-    """The second listing, row by row: smoothed state, predicted range, and range predicted next."""
-    t = Decimal(5)
-    x, v, a = Decimal(30000), speed, Decimal(0)
-    rows = []
-    for z in ranges:
-        before = x + v * t + a * t * t / 2
-        v = v + a * t
-        x = before + alpha * (z - before)
-        v = v + beta * (z - before) / t
-        a = a + 2 * gamma * (z - before) / t / t
-        rows.append({"x": x, "v": v, "a": a, "next": x + v * t + a * t * t / 2})
-    return rows
-
-
 def garg():
     """The listings in decimal numbers; the columns that a table prints."""
     straight, turning = ((40, "0.2", "0.1", "0"), (50, "0.5", "0.4", "0.1"))
@@ -246,7 +232,7 @@ def garg():
         ("constant-velocity-earlier", straight, "x next"),
         ("accelerating-earlier", turning, "x v a"),
     ):
-        rows = garg_filter(map(Decimal, RANGES[name].split()), *map(Decimal, setting))
+        rows = garg_filter(map(Decimal, RANGES[name].split()), *map(Decimal, setting), Decimal)
         for k, row in enumerate(rows, 1):
             yield name, str(k), {column: row[column] for column in columns.split()}
 
