@@ -67,7 +67,7 @@ def _table(each: Table, outcomes: list[Outcome]) -> list[str]:
     titles = {row.name: row.title for row in each.rows}
     columns = {column.name: column.title for column in each.columns}
     rows = [[titles[o.row], columns[o.column], o.printed, f"{o.value:.5g}", _interval(o), o.said] for o in outcomes]
-    left_out = ["Not printed: " + each.left_out, ""] if each.left_out else []
+    left_out = ["Left open: " + each.left_out, ""] if each.left_out else []
     head = ["row", "column", "printed", "recomputed", "another run within", "verdict"]
     return [f"### {name}. {each.title}", "", each.note, "", *left_out, *table(head, rows)]
 

@@ -167,7 +167,7 @@ def _table(paper: Paper, table: Table, seeds: int | None) -> Component:
                 **{"data-part": part, "aria-label": f"{heading}, printed and recomputed"},
             ),
             html.Ul(className="reasons hint"),
-            html.P(typeset(f"Not printed: {table.left_out}"), className="hint") if table.left_out else None,
+            html.P(typeset(f"Left open: {table.left_out}"), className="hint") if table.left_out else None,
             _links(paper, _run_names(table)),
         ],
         id=part,
