@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
 from tracker_core.adaptive import Selection
+from tracker_core.batch import Runs
+from tracker_core.checks import InputError
 from tracker_core.conventions import Gains
 from tracker_core.experiment import Experiment
+from tracker_core.fields import FIELDS
 from tracker_core.filters import run_filter
 from tracker_core.manoeuvre import wander
 from tracker_core.metrics import Metrics, measure, measure_axes
@@ -75,16 +79,16 @@ class Result:
         return float(1 - stable(used).mean()) if len(used) else 0.0
 
 
-def observe(experiment: Experiment) -> tuple[Truth, Measurements, tuple[float, ...]]:
+def observe(experiment: Experiment, *, remember: bool = True) -> tuple[Truth, Measurements, tuple[float, ...]]:
     """The truth of an experiment, what the sensor measured of it, and the standard deviation of its error per axis.
 
-    Short runs are remembered.
+    Short runs are remembered, unless nobody will ask for them again.
     """
-    key = tuple(getattr(experiment, name) for name in _SEEN)
-    return _remembered(*key) if experiment.samples <= CACHED_SAMPLES else _observe(*key)
+    key = tuple(getattr(experiment, name) for name in SEEN)
+    return _remembered(*key) if remember and experiment.samples <= CACHED_SAMPLES else _observe(*key)
 
 
-_SEEN = (
+SEEN = (
     "scenario", "samples", "interval", "noise", "noise_level", "noise_std", "noise_correlation", "snr", "manoeuvre",
     "manoeuvre_std", "seed",
 )  # fmt: skip
@@ -140,20 +144,69 @@ def _moved(scenario_name: str, samples: int, interval: float, seed: int) -> Trut
 _remembered = lru_cache(maxsize=32)(_observe)
 
 
-def known_state(experiment: Experiment) -> FloatArray | None:
-    """The state that the start "known" is given: the truth one interval before the first sample; else None."""
+def observe_runs(experiment: Experiment, seeds: Sequence[int]) -> Runs:
+    """Truth and measurements of an experiment with other seeds: the same bits that `observe` has for each of them.
+
+    Raises:
+        InputError: for a seed that the experiment does not admit.
+    """
+    for seed in (min(seeds), max(seeds)):
+        FIELDS["seed"].read("seed", seed)
+    scenario = SCENARIOS[experiment.scenario]
+    if scenario.random or experiment.manoeuvre_std is not None or experiment.noise == "recorded":
+        several = [observe(replace(experiment, seed=seed), remember=False) for seed in seeds]
+        true = np.array([truth.positions for truth, _, _ in several])
+        return Runs(np.array([measured.positions for _, measured, _ in several]), true, experiment.interval)
+    truth, _, std = observe(experiment)
+    draw, correlation = NOISES[experiment.noise].draw, experiment.noise_correlation or 0.0
+    positions = np.repeat(truth.positions[None], len(seeds), axis=0)
+    if draw is not None:
+        for row, seed in enumerate(seeds):
+            positions[row] += draw(truth.positions.shape, std, seed, correlation)
+    return Runs(positions, truth.positions[None], experiment.interval)
+
+
+def observation_rmse(runs: Runs) -> FloatArray:
+    """Root mean square distance between measured and true position of every run, m, shape (r,).
+
+    Raises:
+        InputError: for runs whose truth nobody knows.
+    """
+    if runs.truth is None:
+        raise InputError("truth", "must be known", None)
+    errors = runs.positions - runs.truth
+    squares = np.einsum("rna,rna->rn", errors, errors)
+    defined = ~np.isnan(squares)
+    return np.sqrt(np.where(defined, squares, 0.0).sum(axis=1) / np.maximum(defined.sum(axis=1), 1))
+
+
+def known_states(experiment: Experiment, seeds: Sequence[int], order: int) -> FloatArray | None:
+    """What the start "known" is given: shape (axes, order), (r, axes, order) for a random target; None for others."""
     if experiment.start != "known":
         return None
     scenario = SCENARIOS[experiment.scenario]
-    before = (scenario.first_sample - 1) * experiment.interval
-    return scenario.truth(np.array([before]), experiment.seed).states[0, :, : experiment.order]
+    before = np.array([(scenario.first_sample - 1) * experiment.interval])
+    if not scenario.random:
+        return scenario.truth(before).states[0, :, :order]
+    return np.array([scenario.truth(before, seed).states[0, :, :order] for seed in seeds])
 
 
-def run_experiment(experiment: Experiment) -> Result:
-    """Run it: truth, measurements, track, stability, metrics. Short runs of methods are remembered."""
+def known_state(experiment: Experiment) -> FloatArray | None:
+    """The state that the start "known" is given: the truth one interval before the first sample; else None."""
+    states = known_states(experiment, (experiment.seed,), experiment.order)
+    return states if states is None or states.ndim == 2 else states[0]
+
+
+def run_experiment(experiment: Experiment, *, remember: bool = True) -> Result:
+    """Run it: truth, measurements, track, stability, metrics.
+
+    Args:
+        experiment: what is run.
+        remember: whether short runs of methods are remembered; one of many that nobody will ask for again need not be.
+    """
     samples = experiment.samples
     short = samples <= CACHED_SAMPLES and samples * (experiment.members or 0) <= CACHED_WEIGHTS
-    if experiment.method is not None and short:
+    if experiment.method is not None and short and remember:
         return _remembered_run(experiment)
     return _run(experiment)
 

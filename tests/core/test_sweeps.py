@@ -9,7 +9,7 @@ import pytest
 from tracker_core import Experiment, InputError, run_experiment
 from tracker_core.metrics import METRICS
 from tracker_core.papers import papers
-from tracker_core.papers.sweeps import OBJECTIVES, SWEPT, sweep
+from tracker_core.papers.sweeps import MEASURED, sweep
 
 SEEDS = (1, 5)
 SHIP = {"samples": 60, "start": "two-point"}
@@ -33,8 +33,8 @@ def field_of(parameter, value, experiment):
     return {parameter: value}
 
 
-@pytest.mark.parametrize("objective", [name for name in OBJECTIVES if name in METRICS])
-@pytest.mark.parametrize("parameter", SWEPT)
+@pytest.mark.parametrize("objective", [name for name in MEASURED if name in METRICS])
+@pytest.mark.parametrize("parameter", CASES)
 def test_every_number_is_that_of_a_run(parameter, objective):
     experiment, values = CASES[parameter]
     found = sweep(experiment, parameter, values, objective, SEEDS)

@@ -1,0 +1,152 @@
+"""What a number of runs says: means, intervals, differences, and where the least mean lies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import atan2, cos, pi, sin, sqrt
+from statistics import NormalDist
+
+import numpy as np
+
+from tracker_core.checks import Domain
+from tracker_core.types import FloatArray
+
+LEVEL = Domain(0, 1, low_open=True, high_open=True)
+FREEDOM = Domain(1, 10**15, whole=True)
+
+CONFIDENCE = 0.95
+
+_SERIES = 400
+"""Degrees of freedom up to which Student's distribution is summed term by term."""
+
+_REDRAWN = 400
+"""Resamples of a bootstrap."""
+
+_GROUPS = 200
+"""More runs than this are resampled in as many groups of neighbours: their means carry the same variance."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A mean, and where the true one lies with a stated confidence.
+
+    Attributes:
+        mean: of the runs; NaN where there is nothing to be averaged.
+        low, high: ends of the interval; NaN for fewer than two runs.
+    """
+
+    mean: float
+    low: float
+    high: float
+
+
+def two_sided(t: float, freedom: int) -> float:
+    """P(|T| > |t|) of Student's distribution: the finite series of Abramowitz & Stegun 26.7.3 and 26.7.4.
+
+    Args:
+        t: any number.
+        freedom: degrees of freedom, a whole number from 1 on; above 400 the expansion that `t_quantile` uses would do.
+    """
+    freedom = int(FREEDOM.check("freedom", freedom))
+    angle = atan2(abs(t), sqrt(freedom))
+    square = cos(angle) ** 2
+    term = total = 1.0
+    for k in range(freedom % 2 + 2, freedom - 1, 2):
+        term *= square * (k - 1) / k
+        total += term
+    if freedom % 2 == 0:
+        return 1 - sin(angle) * total
+    return 1 - 2 / pi * (angle + (sin(angle) * cos(angle) * total if freedom > 1 else 0.0))
+
+
+@lru_cache(maxsize=256)
+def t_quantile(confidence: float, freedom: int) -> float:
+    """The t that Student's |T| stays below with that probability.
+
+    Term by term up to 400 degrees of freedom; beyond them the expansion in 1/freedom, Abramowitz & Stegun 26.7.5, is
+    right to ten digits.
+
+    Raises:
+        InputError: for a probability outside (0, 1), or degrees of freedom that are not a whole number from 1 on.
+    """
+    confidence, freedom = LEVEL.check("confidence", confidence), int(FREEDOM.check("freedom", freedom))
+    x = NormalDist().inv_cdf((1 + confidence) / 2)
+    if freedom > _SERIES:
+        powers = (
+            x,
+            (x**3 + x) / 4,
+            (5 * x**5 + 16 * x**3 + 3 * x) / 96,
+            (3 * x**7 + 19 * x**5 + 17 * x**3 - 15 * x) / 384,
+            (79 * x**9 + 776 * x**7 + 1482 * x**5 - 1920 * x**3 - 945 * x) / 92160,
+        )
+        return sum(term / freedom**k for k, term in enumerate(powers))
+    low, high = 0.0, max(1.0, x)
+    while two_sided(high, freedom) > 1 - confidence:
+        low, high = high, 2 * high
+    while True:
+        middle = (low + high) / 2
+        if middle in (low, high):
+            return middle
+        low, high = (middle, high) if two_sided(middle, freedom) > 1 - confidence else (low, middle)
+
+
+def mean_interval(values: FloatArray, confidence: float = CONFIDENCE) -> tuple[FloatArray, FloatArray]:
+    """Means over the runs, and how far the true ones lie from them at most.
+
+    Args:
+        values: shape (runs, ...).
+        confidence: of each interval for itself.
+
+    Returns:
+        Mean and half width, each of shape (...); a width is NaN for fewer than two runs. A NaN among the values makes
+        both NaN.
+    """
+    runs = len(values)
+    mean = values.mean(axis=0)
+    if runs < 2:
+        return mean, np.full(mean.shape, np.nan)
+    with np.errstate(invalid="ignore"):
+        return mean, t_quantile(confidence, runs - 1) * values.std(axis=0, ddof=1) / sqrt(runs)
+
+
+def least_places(places: FloatArray, scores: FloatArray, *, redraws: int = _REDRAWN) -> tuple[float, FloatArray]:
+    """Where the mean score is least: the vertex of the parabola through the three lowest means.
+
+    Args:
+        places: shape (p,), increasing.
+        scores: shape (runs, p); columns with NaN or infinity are left out.
+        redraws: of the bootstrap over the runs, the same ones every time.
+
+    Returns:
+        The place, and where it lies when the runs are drawn anew from themselves: shape (redraws,), empty for fewer
+        than two runs. The place is NaN where nothing is left.
+    """
+    kept = np.isfinite(scores).all(axis=0)
+    places, scores = places[kept], scores[:, kept]
+    if not places.size:
+        return np.nan, np.empty(0)
+    place = float(_vertices(places, scores.mean(axis=0)[None])[0])
+    if len(scores) < 2:
+        return place, np.empty(0)
+    if len(scores) > _GROUPS:
+        scores = np.array([group.mean(axis=0) for group in np.array_split(scores, _GROUPS)])
+    draws = np.random.default_rng(0).multinomial(len(scores), np.full(len(scores), 1 / len(scores)), redraws)
+    return place, _vertices(places, draws @ scores / len(scores))
+
+
+def _vertices(places: FloatArray, means: FloatArray) -> FloatArray:
+    """The lowest point of every row of means (m, p)."""
+    least = np.argmin(means, axis=1)
+    best = places[least]
+    if len(places) < 3:
+        return best
+    inner = np.clip(least, 1, len(places) - 2)
+    rows = np.arange(len(means))
+    x1, x2, x3 = (places[inner + shift] for shift in (-1, 0, 1))
+    f1, f2, f3 = (means[rows, inner + shift] for shift in (-1, 0, 1))
+    rise1, rise2 = (f2 - f1) / (x2 - x1), (f3 - f2) / (x3 - x2)
+    bend = (rise2 - rise1) / (x3 - x1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        vertex = (x1 + x2) / 2 - rise1 / bend / 2
+    return np.where((inner == least) & (bend > 0), np.clip(vertex, x1, x3), best)

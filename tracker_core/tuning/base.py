@@ -1,0 +1,71 @@
+"""What all studies have in common: the bounds, and how far one has come."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from tracker_core.checks import Domain, InputError
+from tracker_core.experiment import Experiment
+from tracker_core.scenarios import SCENARIOS
+
+OutcomeT = TypeVar("OutcomeT")
+
+MOST_STEPS = 2 * 10**10
+"""Filter steps (one sample of one axis by one filter) that a study may take: some minutes on one processor."""
+
+MOST_SCORES = 5_000_000
+"""Scores, one per run and filter, that a study keeps."""
+
+BLOCK_STEPS = 10_000_000
+"""Filter steps after which a part of a study ends: a few hundredths of a second."""
+
+WEIGHT = Domain(0, 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Progress(Generic[OutcomeT]):
+    """How far a study has come.
+
+    Attributes:
+        done, of: filter steps; they are equal once it has ended.
+        outcome: what is known so far.
+    """
+
+    done: int
+    of: int
+    outcome: OutcomeT
+
+
+def steps_of(experiment: Experiment) -> int:
+    """Filter steps of one run of one filter."""
+    return experiment.samples * len(SCENARIOS[experiment.scenario].axes)
+
+
+def check_steps(field: str, value: object, steps: int) -> int:
+    """The steps of a study, if they are not too many.
+
+    Raises:
+        InputError: naming the field that makes it large.
+    """
+    if steps > MOST_STEPS:
+        rule = f"must be so small that no more than {MOST_STEPS:,} filter steps are taken; these are {steps:,}"
+        raise InputError(field, rule, value)
+    return steps
+
+
+def check_scores(field: str, value: object, scores: int) -> None:
+    """Refuse a study that would keep too many scores.
+
+    Raises:
+        InputError: naming the field that makes it large.
+    """
+    if scores > MOST_SCORES:
+        rule = f"must be so small that no more than {MOST_SCORES:,} scores are kept; these are {scores:,}"
+        raise InputError(field, rule, value)
+
+
+def has_chance(experiment: Experiment) -> bool:
+    """Whether another seed gives another run."""
+    drawn = experiment.noise not in ("none", "recorded") and experiment.noise_std != (0.0,)
+    return drawn or experiment.manoeuvre_std is not None or SCENARIOS[experiment.scenario].random

@@ -1,0 +1,78 @@
+"""What a filter is tuned for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from tracker_core.batch import KINDS, Errors
+from tracker_core.types import FloatArray
+
+HOWS = ("rmse", "total", "max", "l2")
+
+NOISE_LAG = "noise_lag"
+
+
+@dataclass(frozen=True, slots=True)
+class Objective:
+    """A number that a filter should make small, m.
+
+    Attributes:
+        name: key in the registry.
+        title: for menus and axes.
+        sentence: what it is, plainly.
+        kind: the error it is made from, of `batch.KINDS`; empty for the one that needs no runs.
+        how: what is made of the errors of a run: "rmse", "total", "max" or "l2".
+    """
+
+    name: str
+    title: str
+    sentence: str
+    kind: str = ""
+    how: str = ""
+
+    @property
+    def needs_truth(self) -> bool:
+        """Whether somebody must know where the target really was."""
+        return self.kind != "innovation"
+
+    def of(self, errors: Mapping[str, Errors]) -> FloatArray:
+        """The objective of every run whose errors these are."""
+        return getattr(errors[self.kind], self.how)
+
+
+_TITLES = {"tracking": "Tracking", "estimation": "Estimation", "innovation": "Innovation"}
+_BETWEEN = {
+    "tracking": "predicted and true position",
+    "estimation": "smoothed and true position",
+    "innovation": "measured and predicted position",
+}
+_HOWS = {
+    "rmse": ("{} RMSE", "Root mean square distance between {}."),
+    "total": ("{} error, total", "Distances between {}, added up over the run."),
+    "max": ("Worst case: greatest {} error", "The largest distance between {} in a run."),
+    "l2": ("{} L2", "Euclidean norm of all distances between {} over their number, as Yu & Wu use it."),
+}
+
+
+def _errors(kind: str, how: str) -> Objective:
+    title, sentence = _HOWS[how]
+    noun = _TITLES[kind] if title.startswith("{") else _TITLES[kind].lower()
+    name = title.format(noun).replace("Innovation error, total", "Innovation, total")
+    name = name.replace("innovation error", "innovation")
+    return Objective(f"{kind}_{how}", name, sentence.format(_BETWEEN[kind]), kind, how)
+
+
+OBJECTIVES: dict[str, Objective] = {
+    objective.name: objective
+    for objective in (
+        *(_errors(kind, how) for kind in KINDS for how in HOWS),
+        Objective(
+            NOISE_LAG,
+            "Noise against lag, weighted",
+            "√(w σ²V + (1 − w) L²): σ²V the variance that white noise leaves in the smoothed position, L its steady "
+            "lag under a manoeuvre as strong as the target's; nothing is run.",
+        ),
+    )
+}
+"""What can be tuned for; all in metres, and the smaller the better."""
