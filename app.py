@@ -9,6 +9,7 @@ import asyncio
 import os
 import sys
 import threading
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,8 @@ from fastapi.responses import JSONResponse
 from layouts import shell
 from layouts.pages import explore, papers, stability, track
 from layouts.scenes import Scenes
+from layouts.services import Services
+from layouts.studies import Studies
 from tracker_core import DESIGNS, Experiment, run_experiment
 from tracker_core.batch import batch_errors
 from tracker_core.checks import Domain, InputError
@@ -35,12 +38,16 @@ READY = threading.Event()
 """Set when the first user no longer has to wait for a compiler."""
 
 
-def build() -> Dash:
-    """The application with all pages, health routes and callbacks."""
+def build(executor: Executor | None = None) -> Dash:
+    """The application with all pages, health routes and callbacks.
+
+    Args:
+        executor: where the parts of long studies are computed; None for this machine's threads.
+    """
     server = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     _add_health(server)
-    scenes = Scenes()
-    scenes.attach(server)
+    services = Services(Scenes(), Studies(executor))
+    services.scenes.attach(server)
     app = Dash(
         "gainscope",
         server=server,  # type: ignore[arg-type]
@@ -56,7 +63,7 @@ def build() -> Dash:
     )
     for order, page in enumerate(PAGES):
         register_page(page.__name__, path=page.PATH, name=page.NAME, title=page.TITLE, order=order, layout=page.layout)
-        page.register(app, scenes)
+        page.register(app, services)
     app.layout = shell.frame
     _finish(app)
     return app

@@ -334,6 +334,7 @@
       writeLink();
       remember();
       root().dataset.state = "settled";
+      document.dispatchEvent(new CustomEvent("desksettled", { detail: { page: page.name, link: page.link } }));
       return;
     }
     // A redraw under the hand would move the axes away from it.
@@ -500,6 +501,7 @@
       showFields(answer.fields);
     }
     page.link = answer.link;
+    document.dispatchEvent(new CustomEvent("deskreport", { detail: { page: page.name, answer } }));
     clearTimeout(page.reader);
     page.reader = setTimeout(() => readOut(answer), SETTLED);
   }
@@ -699,6 +701,9 @@
   window.gainscope = Object.assign(window.gainscope || {}, {
     desk: {
       edit,
+      editAll,
+      text,
+      showRows,
       // What a page shows beside its plots follows the page's own script.
       get values() {
         return page.values;

@@ -248,6 +248,19 @@ def plot_card(
     )
 
 
+def study_row(page: str) -> Component:
+    """How far a page's study has come, and the button that stops it; assets/study.js fills it in."""
+    return html.Div(
+        [
+            html.Progress(id=f"{page}-study-bar", max=1, value=0, **{"aria-label": "Progress of the study"}),
+            html.Span(id=f"{page}-study-text", role="status"),
+            html.Button("Stop", id=f"{page}-study-stop", type="button", className="quiet", hidden=True),
+            html.Div(id=f"{page}-study-error", className="field-error", role="alert"),
+        ],
+        className="study-row",
+    )
+
+
 def scene_card(
     page: str, title: str, label: str, missing: str, tools: Sequence[Component] = (), below: Sequence[Component] = ()
 ) -> Component:

@@ -7,7 +7,7 @@ from dash import Dash
 from layouts import desk
 from layouts.pages.explore.answers import DESK
 from layouts.pages.explore.view import layout
-from layouts.scenes import Scenes
+from layouts.services import Services
 
 PATH = "/"
 NAME = "Explore"
@@ -16,6 +16,6 @@ TITLE = "Gainscope: drag the gains, watch the filter track"
 __all__ = ["NAME", "PATH", "TITLE", "layout", "register"]
 
 
-def register(app: Dash, scenes: Scenes) -> None:  # noqa: ARG001
+def register(app: Dash, services: Services) -> None:  # noqa: ARG001
     """Attach the page's callbacks."""
     desk.register(app, DESK)

@@ -6,7 +6,7 @@ from dash import Dash
 
 from layouts.pages.papers import answers
 from layouts.pages.papers.view import layout
-from layouts.scenes import Scenes
+from layouts.services import Services
 
 PATH = "/papers"
 NAME = "Papers"
@@ -15,6 +15,6 @@ TITLE = "Gainscope: the papers, run live"
 __all__ = ["NAME", "PATH", "TITLE", "layout", "register"]
 
 
-def register(app: Dash, scenes: Scenes) -> None:  # noqa: ARG001 - every page is registered alike
+def register(app: Dash, services: Services) -> None:  # noqa: ARG001 - every page is registered alike
     """Attach the page's callbacks and the tables as files."""
     answers.register(app)

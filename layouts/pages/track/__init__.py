@@ -9,7 +9,7 @@ from dash import Dash
 from layouts import desk
 from layouts.pages.track.answers import DESK, picture
 from layouts.pages.track.view import layout
-from layouts.scenes import Scenes
+from layouts.services import Services
 
 PATH = "/3d"
 NAME = "3-D"
@@ -18,6 +18,6 @@ TITLE = "Gainscope: the track in three dimensions"
 __all__ = ["NAME", "PATH", "TITLE", "layout", "register"]
 
 
-def register(app: Dash, scenes: Scenes) -> None:
+def register(app: Dash, services: Services) -> None:
     """Attach the page's callbacks."""
-    desk.register(app, replace(DESK, scene=lambda shown: scenes.show(shown.scene, picture(shown))))
+    desk.register(app, replace(DESK, scene=lambda shown: services.scenes.show(shown.scene, picture(shown))))

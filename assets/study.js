@@ -1,0 +1,182 @@
+// A page's study in the browser: asked for when the page has settled, shown as it comes (layouts/studies.py).
+(function () {
+  "use strict";
+
+  const RECONNECT = 2000; // ms until a lost connection is tried again
+  let study = null;
+  let lastSeq = 0;
+
+  const card = () => document.querySelector(`#${study.page} [data-study]`);
+  const part = (name) => document.getElementById(`${study.page}-study-${name}`);
+  const theme = () => document.documentElement.dataset.theme;
+
+  // ------------------------------------------------------------------ asking
+
+  document.addEventListener("deskbegin", ({ detail }) => {
+    leave();
+    if (!document.querySelector(`#${detail.page} [data-study]`)) return;
+    study = { page: detail.page, socket: null, seq: 0, query: null, asked: "", errors: [], figures: new Set(), tries: 0 };
+    connect();
+  });
+
+  document.addEventListener("desksettled", ({ detail }) => {
+    if (!study || detail.page !== study.page) return;
+    study.query = detail.link;
+    const wanted = `${theme()}|${study.query}`;
+    if (wanted !== study.asked) ask();
+  });
+
+  function connect() {
+    const mine = study;
+    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+    const base = JSON.parse(document.getElementById("_dash-config").textContent).requests_pathname_prefix;
+    const socket = new WebSocket(`${scheme}//${location.host}${base}${mine.page}/study`);
+    socket.onopen = () => {
+      if (mine !== study) return;
+      mine.socket = socket;
+      // A server that was started anew computes the same again.
+      if (mine.query !== null && card().dataset.study !== "stopped") ask();
+    };
+    socket.onmessage = (event) => event.data.text().then((text) => mine === study && hear(JSON.parse(text)));
+    socket.onclose = () => {
+      mine.socket = null;
+      if (mine !== study) return;
+      if (!card()) return;
+      if (["running", "queued"].includes(card().dataset.study)) say("lost", "The server does not answer; trying again.");
+      setTimeout(() => mine === study && card() && connect(), RECONNECT);
+    };
+    mine.close = () => socket.close();
+  }
+
+  function ask(stop) {
+    if (!study.socket) return;
+    study.seq = ++lastSeq;
+    if (!stop) study.asked = `${theme()}|${study.query}`;
+    study.socket.send(JSON.stringify({ seq: study.seq, query: study.query, theme: theme(), stop: Boolean(stop) }));
+  }
+
+  function leave() {
+    if (!study) return;
+    const left = study;
+    study = null;
+    for (const plot of left.figures) window.Plotly.purge(plot);
+    left.close();
+  }
+
+  // ------------------------------------------------------------------ hearing
+
+  function hear(message) {
+    if (!card()) {
+      leave();
+      return;
+    }
+    if (message.seq !== study.seq) return;
+    showErrors(message.errors || {});
+    const share = message.of ? message.done / message.of : 0;
+    if (message.of) study.share = share;
+    const bar = part("bar");
+    bar.value = message.state === "done" ? 1 : study.share || 0;
+    say(message.state, words(message, share));
+    if (message.content) show(message.content);
+  }
+
+  function words({ state, place, seconds, remaining }, share) {
+    const percent = `${Math.floor(100 * (state === "stopped" ? study.share || 0 : share))} %`;
+    switch (state) {
+      case "queued":
+        return `Two studies are running; place ${place} in the queue.`;
+      case "running":
+        return remaining === null ? "Begun." : `${percent}, about ${duration(remaining)} left.`;
+      case "done":
+        return seconds ? `Done in ${duration(seconds)}.` : "Done.";
+      case "stopped":
+        return `Stopped at ${percent}.`;
+      case "failed":
+        return "The study failed; the server's log says why.";
+      default:
+        return "";
+    }
+  }
+
+  function duration(seconds) {
+    if (seconds < 1) return `${Math.max(0.1, seconds).toFixed(1)} s`;
+    if (seconds < 100) return `${Math.round(seconds)} s`;
+    return `${Math.round(seconds / 60)} min`;
+  }
+
+  function say(state, text) {
+    card().dataset.study = state;
+    const line = part("text");
+    if (line.textContent !== text) line.textContent = text;
+    const going = state === "running" || state === "queued";
+    const button = part("stop");
+    button.textContent = going ? "Stop" : "Run again";
+    button.hidden = !going && state !== "stopped" && state !== "failed";
+  }
+
+  function showErrors(errors) {
+    for (const name of study.errors) place(name, "");
+    study.errors = Object.keys(errors);
+    const homeless = study.errors.filter((name) => !place(name, errors[name]));
+    part("error").textContent = homeless.map((name) => errors[name]).join(" ");
+  }
+
+  // Whether the page has a field of that name in sight, beside which the message stands.
+  function place(name, message) {
+    const line = document.getElementById(`${study.page}-${name}-error`);
+    if (!line || line.closest("[hidden]")) return false;
+    line.textContent = message;
+    const field = document.getElementById(`${study.page}-${name}`);
+    if (field) field.setAttribute("aria-invalid", message ? "true" : "false");
+    return true;
+  }
+
+  // ------------------------------------------------------------------ showing
+
+  function show({ figures, texts, rows, offers }) {
+    for (const [id, figure] of Object.entries(figures || {})) draw(id, figure);
+    for (const [name, text] of Object.entries(texts || {})) gainscope.desk.text(name, text);
+    if (rows) gainscope.desk.showRows(rows);
+    for (const [name, offer] of Object.entries(offers || {})) {
+      const button = document.getElementById(`${study.page}-${name}`);
+      if (!button) continue;
+      button.hidden = !offer;
+      if (!offer) continue;
+      button.dataset.controls = JSON.stringify(offer.controls);
+      if (button.textContent !== offer.text) button.textContent = offer.text;
+    }
+  }
+
+  // plotly comes with Dash's first graph. The plot is inside the element that is named, as in a graph of Dash.
+  async function draw(id, figure) {
+    const mine = study;
+    while (!window.Plotly) await new Promise((resolve) => setTimeout(resolve, 50));
+    const frame = document.getElementById(id);
+    if (mine !== study || !frame) return;
+    if (!frame.firstElementChild) frame.append(document.createElement("div"));
+    const plot = frame.firstElementChild;
+    mine.figures.add(plot);
+    await window.Plotly.react(plot, figure.data, figure.layout, mine.config || CONFIG);
+    document.dispatchEvent(new CustomEvent("studydrawn", { detail: { page: mine.page, id, plot } }));
+  }
+
+  const CONFIG = {
+    displaylogo: false,
+    responsive: true,
+    scrollZoom: false,
+    modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
+  };
+
+  // ------------------------------------------------------------------ hands
+
+  document.addEventListener("click", (event) => {
+    const button = study && event.target instanceof Element ? event.target.closest("button") : null;
+    if (!button || !card()) return;
+    if (button.id === `${study.page}-study-stop`) {
+      const going = ["running", "queued"].includes(card().dataset.study);
+      ask(going);
+    } else if (button.dataset.controls && button.closest(`#${study.page}`)) {
+      gainscope.desk.editAll(JSON.parse(button.dataset.controls));
+    }
+  });
+})();

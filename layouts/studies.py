@@ -1,0 +1,272 @@
+"""Studies on the server: at most two at a time, the others in turn; progress and partial results over a socket.
+
+A page asks with its link, as often as it likes: a question about the study that is running goes on with it, another
+one ends it, and so does a page that goes away. Nothing is kept but the last few outcomes: the same link gives the same
+study, and the same study the same bits, after a reload or a restart as well.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import threading
+from collections import OrderedDict, deque
+from collections.abc import Awaitable, Callable, Iterator, Mapping
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any, Protocol
+
+import orjson
+from fastapi import FastAPI, WebSocket, WebSocketDisconnect
+
+from layouts.live import MESSAGE_LIMIT, POLICY, TOO_LARGE, UNREADABLE, same_origin
+from layouts.text import error_text
+from tracker_core import InputError
+from tracker_core.tuning import Progress
+
+AT_ONCE = 2
+"""Studies that are computed at a time."""
+
+STEP = 0.25
+"""Seconds between two partial results."""
+
+REMEMBERED = 8
+"""Outcomes that are kept for whoever asks again: a reload, another theme."""
+
+_LOG = logging.getLogger(__name__)
+
+
+class Study(Protocol):
+    """What can be run: a hashable description."""
+
+    def __hash__(self) -> int: ...
+
+    def stream(self, executor: Executor | None = None) -> Iterator[Progress[Any]]:
+        """The outcome as it grows; closing the iterator ends the work."""
+        ...
+
+
+Content = Callable[[Progress[Any]], Mapping[str, Any]]
+"""What a page shows of how far a study has come, as plain values."""
+
+Begin = Callable[[Mapping[str, Any]], tuple[Study, Content]]
+"""From a page's question to the study it asks for and what the page shows of it; raises InputError."""
+
+
+class Studies:
+    """The studies of all pages.
+
+    Args:
+        executor: where their parts are computed; None for this machine's threads.
+    """
+
+    def __init__(self, executor: Executor | None = None) -> None:
+        self._executor = executor
+        self._drivers = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="studies")
+        self._line: deque[_Asked] = deque()
+        self._running = 0
+        self._outcomes: OrderedDict[Study, Progress[Any]] = OrderedDict()
+
+    def attach(self, server: FastAPI, path: str, begin: Begin) -> None:
+        """Serve a page's studies on a socket: questions `{seq, query, theme}` or `{seq, stop: true}`.
+
+        Answers are `{seq, state}`, with `place` while "queued"; `done`, `of`, `seconds`, `remaining` and `content`
+        while "running" and once "done"; `errors` by field where "refused".
+        """
+
+        @server.websocket(path)
+        async def socket(websocket: WebSocket) -> None:
+            if not same_origin(websocket.headers.get("origin"), websocket.headers.get("host")):
+                await websocket.close(POLICY)
+                return
+            await websocket.accept()
+            page = _Page(self, begin)
+            sending = asyncio.create_task(page.send(websocket.send_bytes))
+            try:
+                while True:
+                    text = await websocket.receive_text()
+                    if len(text) > MESSAGE_LIMIT:
+                        await websocket.close(TOO_LARGE)
+                        return
+                    await page.ask(json.loads(text))
+            except WebSocketDisconnect:
+                return
+            except (ValueError, TypeError, LookupError, AttributeError, RecursionError, OverflowError):
+                await websocket.close(UNREADABLE)
+            finally:
+                page.stop()
+                sending.cancel()
+
+    def close(self) -> None:
+        """Begin nothing more; what runs ends by itself."""
+        self._drivers.shutdown(wait=False, cancel_futures=True)
+
+    def outcome(self, study: Study) -> Progress[Any] | None:
+        """What a study came to, if it has been run lately."""
+        found = self._outcomes.get(study)
+        if found is not None:
+            self._outcomes.move_to_end(study)
+        return found
+
+    def enter(self, asked: _Asked) -> None:
+        """Run it now or put it at the end of the line."""
+        self._line.append(asked)
+        self._call()
+
+    def leave(self, asked: _Asked) -> None:
+        """Take it out of the line, or end it within a part of its work."""
+        asked.stopped.set()
+        if asked in self._line:
+            self._line.remove(asked)
+            self._call()
+
+    def _call(self) -> None:
+        """Whose turn it is begins, the others are told their places."""
+        while self._line and self._running < AT_ONCE:
+            self._running += 1
+            asked = self._line.popleft()
+            future = asyncio.get_running_loop().run_in_executor(self._drivers, self._drive, asked)
+            future.add_done_callback(lambda _: self._finish())
+        for place, asked in enumerate(self._line, start=1):
+            asked.tell({"state": "queued", "place": place})
+
+    def _finish(self) -> None:
+        self._running -= 1
+        self._call()
+
+    def _drive(self, asked: _Asked) -> None:
+        """In a thread: take one part after the other until it is done or nobody wants it any more."""
+        try:
+            begun, shown = perf_counter(), 0.0
+            stream = asked.study.stream(self._executor)
+            progress = None
+            asked.post({"state": "running", "done": 0, "of": 1, "seconds": 0.0, "remaining": None, "content": {}})
+            for progress in stream:
+                if asked.stopped.is_set():
+                    stream.close()  # type: ignore[attr-defined]
+                    return
+                now = perf_counter() - begun
+                if progress.done < progress.of and now - shown >= STEP:
+                    asked.post(asked.shown(progress, now))
+                    shown = perf_counter() - begun
+            if progress is not None:
+                self._outcomes[asked.study] = progress
+                while len(self._outcomes) > REMEMBERED:
+                    self._outcomes.popitem(last=False)
+                asked.post(asked.shown(progress, perf_counter() - begun))
+        except InputError as error:
+            asked.end(refusal(error))
+        except Exception:  # noqa: BLE001 - whatever it was, the page must hear of it
+            _LOG.exception("A study failed")
+            asked.end({"state": "failed"})
+
+
+def refusal(error: InputError) -> dict[str, Any]:
+    """What a page is told of a study that cannot be run."""
+    return {"state": "refused", "errors": {error.field: error_text(error)}}
+
+
+@dataclass(eq=False, slots=True)
+class _Asked:
+    """A study that a page waits for.
+
+    Attributes:
+        study: what is run.
+        content: what the page shows of it; another one where the page looks at it in another way meanwhile.
+        tell: sends to the page, from the server's loop.
+        loop: that loop.
+        stopped: set once nobody wants it any more.
+        last: how far it had come when it was shown last.
+    """
+
+    study: Study
+    content: Content
+    tell: Callable[[Mapping[str, Any]], None]
+    loop: asyncio.AbstractEventLoop
+    stopped: threading.Event = field(default_factory=threading.Event)
+    last: tuple[Progress[Any], float] | None = None
+
+    def post(self, message: Mapping[str, Any]) -> None:
+        """Send to the page, from a thread."""
+        if not self.stopped.is_set():
+            self.loop.call_soon_threadsafe(self.tell, message)
+
+    def end(self, message: Mapping[str, Any]) -> None:
+        """Send the last word on it, from a thread: whoever asks again begins anew."""
+        self.post(message)
+        self.stopped.set()
+
+    def shown(self, progress: Progress[Any], seconds: float) -> dict[str, Any]:
+        """How far it has come, as the page is told."""
+        self.last = (progress, seconds)
+        over = progress.done >= progress.of
+        rate = progress.done / seconds if seconds else 0.0
+        return {
+            "state": "done" if over else "running",
+            "done": progress.done,
+            "of": progress.of,
+            "seconds": seconds,
+            "remaining": (progress.of - progress.done) / rate if rate else None,
+            "content": self.content(progress),
+        }
+
+
+class _Page:
+    """One page's socket: the newest question counts, and the newest answer is sent."""
+
+    def __init__(self, studies: Studies, begin: Begin) -> None:
+        self._studies = studies
+        self._begin = begin
+        self._asked: _Asked | None = None
+        self._seq: Any = None
+        self._message: dict[str, Any] | None = None
+        self._news = asyncio.Event()
+
+    async def send(self, send_bytes: Callable[[bytes], Awaitable[None]]) -> None:
+        """Send what there is to say, the newest alone where the page is slow."""
+        while True:
+            await self._news.wait()
+            self._news.clear()
+            message, self._message = self._message, None
+            if message is not None:
+                await send_bytes(orjson.dumps(message, option=orjson.OPT_SERIALIZE_NUMPY))
+
+    def _say(self, message: Mapping[str, Any]) -> None:
+        self._message = {"seq": self._seq, **message}
+        self._news.set()
+
+    async def ask(self, question: Mapping[str, Any]) -> None:
+        """Answer a question: go on, begin, refuse or stop."""
+        self._seq = question["seq"]
+        if question.get("stop"):
+            self.stop()
+            self._say({"state": "stopped"})
+            return
+        try:
+            study, content = await asyncio.to_thread(self._begin, question)
+        except InputError as error:
+            self.stop()
+            self._say(refusal(error))
+            return
+        present = self._asked
+        if present is not None and present.study == study and not present.stopped.is_set():
+            present.content = content
+            if present.last is not None:
+                self._say(await asyncio.to_thread(present.shown, *present.last))
+            return
+        self.stop()
+        known = self._studies.outcome(study)
+        asked = _Asked(study, content, self._say, asyncio.get_running_loop())
+        self._asked = asked
+        if known is not None:
+            self._say(await asyncio.to_thread(asked.shown, known, 0.0))
+        else:
+            self._studies.enter(asked)
+
+    def stop(self) -> None:
+        """What runs for this page is ended."""
+        if self._asked is not None:
+            self._studies.leave(self._asked)
+            self._asked = None

@@ -1,0 +1,283 @@
+"""Studies over a socket: turns, progress, ends, refusals; a toy study that goes on when the test lets it."""
+
+import asyncio
+import json
+import threading
+from dataclasses import dataclass, field
+
+import pytest
+from fastapi import FastAPI
+
+from layouts.live import MESSAGE_LIMIT
+from layouts.studies import AT_ONCE, REMEMBERED, Studies
+from tracker_core import InputError
+from tracker_core.tuning import Progress
+
+HOST = "gainscope.test"
+WAIT = 10
+
+
+class Gates:
+    """What the toy studies wait for, and what became of them."""
+
+    def __init__(self):
+        self.open, self.begun, self.closed = {}, [], []
+
+    def gate(self, name):
+        return self.open.setdefault(name, threading.Event())
+
+
+@dataclass(frozen=True)
+class Toy:
+    """Counts to ten; after the first step it waits at the gate with its name."""
+
+    name: str
+    gates: Gates = field(compare=False)
+
+    def stream(self, executor=None):
+        self.gates.begun.append(self.name)
+        try:
+            for step in range(1, 11):
+                yield Progress(step, 10, f"{self.name} {step}")
+                if step == 1:
+                    assert self.gates.gate(self.name).wait(WAIT)
+                if self.name == "wrong" and step == 2:
+                    raise InputError("runs", "must be fewer", 7)
+                if self.name == "broken" and step == 2:
+                    raise RuntimeError("a bug")
+        except GeneratorExit:
+            self.gates.closed.append(self.name)
+            raise
+
+
+class Socket:
+    """A browser's end of the socket, without a network."""
+
+    def __init__(self, server, origin=f"http://{HOST}"):
+        self.incoming, self.heard = asyncio.Queue(), asyncio.Queue()
+        self.incoming.put_nowait({"type": "websocket.connect"})
+        headers = [(b"host", HOST.encode()), (b"origin", origin.encode())]
+        scope = {
+            "type": "websocket", "path": "/toy/study", "raw_path": b"/toy/study", "query_string": b"", "root_path": "",
+            "headers": headers, "subprotocols": [], "scheme": "ws", "client": ("test", 1), "server": (HOST, 80),
+            "asgi": {"version": "3.0"}, "state": {}, "app": server,
+        }  # fmt: skip
+        self.task = asyncio.create_task(server(scope, self.incoming.get, self.heard.put))
+
+    def say(self, **question):
+        self.incoming.put_nowait({"type": "websocket.receive", "text": json.dumps(question)})
+
+    def close(self):
+        self.incoming.put_nowait({"type": "websocket.disconnect", "code": 1001})
+
+    async def next(self):
+        message = await asyncio.wait_for(self.heard.get(), WAIT)
+        return json.loads(message["bytes"]) if message["type"] == "websocket.send" else message
+
+    async def until(self, state, **more):
+        """The next answer in that state; others may come before."""
+        while True:
+            answer = await self.next()
+            if answer.get("state") == state and all(answer.get(name) == value for name, value in more.items()):
+                return answer
+
+
+class Stage:
+    """A server with one page of toy studies."""
+
+    def __init__(self):
+        self.gates = Gates()
+        self.server, self.studies = FastAPI(), Studies()
+        self.studies.attach(self.server, "/toy/study", self.begin)
+
+    def begin(self, question):
+        if question["query"] == "absurd":
+            raise InputError("runs", "must be a whole number >= 1 and <= 10", 10**9)
+        theme = question.get("theme", "light")
+        return Toy(question["query"], self.gates), lambda progress: {"texts": {"said": f"{progress.outcome} {theme}"}}
+
+    def socket(self, **more):
+        return Socket(self.server, **more)
+
+
+def played(test):
+    """Run a test in an event loop of its own, and let what still waits go on afterwards."""
+
+    def run():
+        async def play():
+            stage = Stage()
+            try:
+                await test(stage)
+            finally:
+                for name in ("a", "b", "c", "d", "wrong", "broken", *(f"n{i}" for i in range(20))):
+                    stage.gates.gate(name).set()
+                stage.studies.close()
+
+        asyncio.run(play())
+
+    run.__name__, run.__doc__ = test.__name__, test.__doc__
+    return run
+
+
+@played
+async def test_a_study_begins_and_ends(stage):
+    page = stage.socket()
+    page.say(seq=1, query="a")
+    assert (await page.next())["type"] == "websocket.accept"
+    begun = await page.until("running")
+    assert begun["seq"] == 1
+    stage.gates.gate("a").set()
+    done = await page.until("done")
+    assert (done["done"], done["of"]) == (10, 10)
+    assert done["content"] == {"texts": {"said": "a 10 light"}}
+    assert done["remaining"] == 0
+
+
+@played
+async def test_a_third_waits_and_hears_its_place(stage):
+    first, second, third, fourth = (stage.socket() for _ in range(4))
+    for page, name in ((first, "a"), (second, "b")):
+        page.say(seq=1, query=name)
+        await page.until("running")
+    third.say(seq=1, query="c")
+    assert (await third.until("queued"))["place"] == 1
+    fourth.say(seq=1, query="d")
+    assert (await fourth.until("queued"))["place"] == 2
+    assert stage.gates.begun == ["a", "b"]
+    assert len(stage.gates.begun) == AT_ONCE
+    # One that goes away leaves its place to the next.
+    third.close()
+    assert (await fourth.until("queued"))["place"] == 1
+    stage.gates.gate("a").set()
+    await first.until("done")
+    await fourth.until("running")
+    assert stage.gates.begun == ["a", "b", "d"]
+
+
+@played
+async def test_stop_ends_it_within_a_step_and_frees_the_turn(stage):
+    pages = [stage.socket() for _ in range(3)]
+    for page, name in zip(pages, "abc", strict=True):
+        page.say(seq=1, query=name)
+    await pages[2].until("queued")
+    pages[0].say(seq=2, stop=True, query="a")
+    assert (await pages[0].until("stopped"))["seq"] == 2
+    stage.gates.gate("a").set()
+    await pages[2].until("running")
+    assert stage.gates.closed == ["a"]
+    # What was stopped is not known: it is computed anew.
+    pages[0].say(seq=3, query="a")
+    for name in "bc":
+        stage.gates.gate(name).set()
+    await pages[0].until("done", seq=3)
+    assert stage.gates.begun.count("a") == 2
+
+
+@played
+async def test_another_question_ends_the_one_before(stage):
+    page = stage.socket()
+    page.say(seq=1, query="a")
+    await page.until("running")
+    page.say(seq=2, query="b")
+    stage.gates.gate("b").set()
+    assert (await page.until("done"))["seq"] == 2
+    stage.gates.gate("a").set()
+    # Nothing of the first comes after.
+    page.say(seq=3, query="b")
+    answer = await page.next()
+    assert (answer["seq"], answer["state"], answer["content"]) == (3, "done", {"texts": {"said": "b 10 light"}})
+
+
+@played
+async def test_the_same_question_goes_on_with_what_runs(stage):
+    page = stage.socket()
+    page.say(seq=1, query="a", theme="light")
+    await page.until("running")
+    page.say(seq=2, query="a", theme="dark")
+    stage.gates.gate("a").set()
+    done = await page.until("done", seq=2)
+    assert done["content"] == {"texts": {"said": "a 10 dark"}}
+    assert stage.gates.begun == ["a"]
+
+
+@played
+async def test_what_was_run_lately_is_known(stage):
+    page, other = stage.socket(), stage.socket()
+    for number, name in enumerate(f"n{i}" for i in range(REMEMBERED + 1)):
+        stage.gates.gate(name).set()
+        page.say(seq=number, query=name)
+        await page.until("done", seq=number)
+    other.say(seq=1, query=f"n{REMEMBERED}", theme="dark")
+    done = await other.until("done")
+    assert done["content"] == {"texts": {"said": f"n{REMEMBERED} 10 dark"}}
+    assert stage.gates.begun.count(f"n{REMEMBERED}") == 1
+    # The oldest is not.
+    other.say(seq=2, query="n0")
+    await other.until("done", seq=2)
+    assert stage.gates.begun.count("n0") == 2
+
+
+@played
+async def test_a_page_that_goes_away_ends_its_study(stage):
+    page = stage.socket()
+    page.say(seq=1, query="a")
+    await page.until("running")
+    page.close()
+    await asyncio.wait_for(page.task, WAIT)
+    stage.gates.gate("a").set()
+    for _ in range(100):
+        if stage.gates.closed:
+            break
+        await asyncio.sleep(0.02)
+    assert stage.gates.closed == ["a"]
+
+
+@played
+async def test_what_cannot_be_run_is_refused_beside_its_field(stage):
+    page = stage.socket()
+    page.say(seq=1, query="absurd")
+    refused = await page.until("refused")
+    assert list(refused["errors"]) == ["runs"]
+    assert "10" in refused["errors"]["runs"]
+    assert stage.gates.begun == []
+    # So is what turns out to be wrong on the way.
+    stage.gates.gate("wrong").set()
+    page.say(seq=2, query="wrong")
+    assert list((await page.until("refused", seq=2))["errors"]) == ["runs"]
+
+
+@played
+async def test_a_bug_is_told_and_frees_the_turn(stage):
+    page = stage.socket()
+    stage.gates.gate("broken").set()
+    stage.gates.gate("a").set()
+    for number in range(AT_ONCE + 1):
+        page.say(seq=number, query="broken")
+        assert set(await page.until("failed", seq=number)) == {"seq", "state"}
+    page.say(seq=9, query="a")
+    await page.until("done", seq=9)
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [("{", 1003), ("[]", 1003), ('{"query": "a"}', 1003), (" " * (MESSAGE_LIMIT + 1), 1009)],
+    ids=["no JSON", "no object", "no number", "too long"],
+)
+def test_what_is_no_question_ends_the_connection(text, code):
+    async def play():
+        page = Stage().socket()
+        page.incoming.put_nowait({"type": "websocket.receive", "text": text})
+        assert (await page.next())["type"] == "websocket.accept"
+        closed = await page.next()
+        assert (closed["type"], closed["code"]) == ("websocket.close", code)
+
+    asyncio.run(play())
+
+
+def test_another_site_is_turned_away():
+    async def play():
+        page = Stage().socket(origin="http://elsewhere.test")
+        closed = await page.next()
+        assert (closed["type"], closed["code"]) == ("websocket.close", 1008)
+
+    asyncio.run(play())
