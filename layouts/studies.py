@@ -130,7 +130,7 @@ class Studies:
             future = asyncio.get_running_loop().run_in_executor(self._drivers, self._drive, asked)
             future.add_done_callback(lambda _: self._finish())
         for place, asked in enumerate(self._line, start=1):
-            asked.tell({"state": "queued", "place": place})
+            asked.tell({"seq": asked.view[0], "state": "queued", "place": place})
 
     def _finish(self) -> None:
         self._running -= 1
@@ -142,7 +142,7 @@ class Studies:
             begun, shown = perf_counter(), 0.0
             stream = asked.study.stream(self._executor)
             progress = None
-            asked.post({"state": "running", "done": 0, "of": 1, "seconds": 0.0, "remaining": None, "content": {}})
+            asked.post({"seq": asked.view[0], "state": "running", "done": 0, "of": 1, "seconds": 0, "remaining": None})
             for progress in stream:
                 if asked.stopped.is_set():
                     stream.close()  # type: ignore[attr-defined]
@@ -174,7 +174,8 @@ class _Asked:
 
     Attributes:
         study: what is run.
-        content: what the page shows of it; another one where the page looks at it in another way meanwhile.
+        view: number of the question, and what the page shows of the study; a page that asks again about the study
+            that runs for it looks at it in another way, another theme say.
         tell: sends to the page, from the server's loop.
         loop: that loop.
         stopped: set once nobody wants it any more.
@@ -182,7 +183,7 @@ class _Asked:
     """
 
     study: Study
-    content: Content
+    view: tuple[Any, Content]
     tell: Callable[[Mapping[str, Any]], None]
     loop: asyncio.AbstractEventLoop
     stopped: threading.Event = field(default_factory=threading.Event)
@@ -195,21 +196,25 @@ class _Asked:
 
     def end(self, message: Mapping[str, Any]) -> None:
         """Send the last word on it, from a thread: whoever asks again begins anew."""
-        self.post(message)
-        self.stopped.set()
+        if not self.stopped.is_set():
+            self.stopped.set()
+            self.loop.call_soon_threadsafe(self.tell, {"seq": self.view[0], **message})
 
     def shown(self, progress: Progress[Any], seconds: float) -> dict[str, Any]:
         """How far it has come, as the page is told."""
         self.last = (progress, seconds)
         over = progress.done >= progress.of
         rate = progress.done / seconds if seconds else 0.0
+        # Taken once: a question that comes meanwhile is answered with what belongs to it.
+        seq, content = self.view
         return {
+            "seq": seq,
             "state": "done" if over else "running",
             "done": progress.done,
             "of": progress.of,
             "seconds": seconds,
             "remaining": (progress.of - progress.done) / rate if rate else None,
-            "content": self.content(progress),
+            "content": content(progress),
         }
 
 
@@ -220,7 +225,6 @@ class _Page:
         self._studies = studies
         self._begin = begin
         self._asked: _Asked | None = None
-        self._seq: Any = None
         self._message: dict[str, Any] | None = None
         self._news = asyncio.Event()
 
@@ -234,31 +238,31 @@ class _Page:
                 await send_bytes(orjson.dumps(message, option=orjson.OPT_SERIALIZE_NUMPY))
 
     def _say(self, message: Mapping[str, Any]) -> None:
-        self._message = {"seq": self._seq, **message}
+        self._message = dict(message)
         self._news.set()
 
     async def ask(self, question: Mapping[str, Any]) -> None:
         """Answer a question: go on, begin, refuse or stop."""
-        self._seq = question["seq"]
+        seq = question["seq"]
         if question.get("stop"):
             self.stop()
-            self._say({"state": "stopped"})
+            self._say({"seq": seq, "state": "stopped"})
             return
         try:
             study, content = await asyncio.to_thread(self._begin, question)
         except InputError as error:
             self.stop()
-            self._say(refusal(error))
+            self._say({"seq": seq, **refusal(error)})
             return
         present = self._asked
         if present is not None and present.study == study and not present.stopped.is_set():
-            present.content = content
+            present.view = (seq, content)
             if present.last is not None:
                 self._say(await asyncio.to_thread(present.shown, *present.last))
             return
         self.stop()
         known = self._studies.outcome(study)
-        asked = _Asked(study, content, self._say, asyncio.get_running_loop())
+        asked = _Asked(study, (seq, content), self._say, asyncio.get_running_loop())
         self._asked = asked
         if known is not None:
             self._say(await asyncio.to_thread(asked.shown, known, 0.0))
