@@ -149,4 +149,4 @@ def _vertices(places: FloatArray, means: FloatArray) -> FloatArray:
     bend = (rise2 - rise1) / (x3 - x1)
     with np.errstate(divide="ignore", invalid="ignore"):
         vertex = (x1 + x2) / 2 - rise1 / bend / 2
-    return np.where((inner == least) & (bend > 0), np.clip(vertex, x1, x3), best)
+    return np.where(bend > 0, np.clip(vertex, x1, x3), best)
