@@ -16,7 +16,7 @@
   let page = null;
   let latest = null; // the newest socket
   let lastSeq = 0; // of all pages: an answer to the page before is none to this one
-  const steps = { past: [], future: [], present: null }; // what the pages showed, as controls and pin
+  const steps = { past: [], future: [], present: null }; // what the pages showed, as controls and pins
 
   // ------------------------------------------------------------------ elements
 
@@ -239,6 +239,7 @@
     // What an unanswered request had to say is said again.
     page.changed = new Set([...[...page.flying].filter((name) => !page.changed.has(name)), ...page.changed]);
     page.flying = new Set(page.changed);
+    page.acting.push(...page.actions.splice(0));
     page.busy = true;
     page.waiting = false;
     page.sentAt = performance.now();
@@ -248,7 +249,8 @@
       seq: page.seq,
       controls: { ...page.values },
       changed: [...page.changed],
-      pin: page.pin,
+      pins: page.pins,
+      pinning: page.acting,
       drawn: page.drawn,
       want: want || (live ? liveShare() : null),
       theme: document.documentElement.dataset.theme,
@@ -262,9 +264,10 @@
     else dash_clientside.set_props(`${page.name}-request`, { data });
   }
 
-  function pin() {
-    page.pinNext = false;
-    page.pin = page.experiment;
+  // What is done with pins is done by the server, in turn: see layouts/pinning.py.
+  function pinning(...action) {
+    text("note", "");
+    page.actions.push(action);
     schedule();
   }
 
@@ -399,13 +402,14 @@
       values: data.controls,
       sliders: data.sliders,
       samples: data.controls.samples,
-      pin: data.pin,
+      pins: data.pins,
+      actions: [], // with pins, that have not been sent
+      acting: [], // that have been, and are not answered
       changed: new Set(),
       flying: new Set(),
       watch: 0,
       lost: false,
       refused: false,
-      pinNext: false,
       busy: false,
       waiting: false,
       sentAt: 0,
@@ -418,7 +422,6 @@
       outdated: [],
       editedAt: 0,
       resting: 0,
-      experiment: null,
       link: null,
       reader: 0,
       touched: "",
@@ -444,6 +447,7 @@
     page.busy = false;
     page.refused = !answer.ok;
     page.flying.clear();
+    page.acting = [];
     clearTimeout(page.watch);
     if (page.lost) text("note", "");
     page.lost = false;
@@ -464,8 +468,7 @@
     if (answer.ok) report(answer, numbers);
     if (!numbers && answer.ok) writeLink();
     const outdated = page.outdated.splice(0);
-    if (page.pinNext && !page.waiting) pin();
-    else if (outdated.length) send(outdated);
+    if (outdated.length) send(outdated);
     else if (page.waiting) send();
     else page.resting = setTimeout(settle);
     leave();
@@ -484,10 +487,10 @@
       if (details.open && !(answer.drawn && place in answer.drawn)) page.stale.add(place);
     }
     Object.assign(root().dataset, { seq: answer.seq, gains: answer.gains.join(" ") });
-    page.experiment = answer.experiment;
     for (const [name, content] of Object.entries(answer.texts)) text(name, content);
     element("verdict").dataset.tone = answer.tone;
-    if (element("unpin")) element("unpin").hidden = !answer.pinned;
+    page.pins = answer.pins;
+    if (element("unpin")) element("unpin").hidden = !page.pins.length;
     showCards(answer.cards);
     showRows(answer.rows);
     showOffer(answer.offer);
@@ -594,13 +597,10 @@
   document.addEventListener("click", (event) => {
     const button = onPage(event.target) ? event.target.closest("button") : null;
     if (!button) return;
-    if (button.id === `${page.name}-pin` && page.experiment) {
-      // What is on its way belongs to what is pinned.
-      if (page.busy || page.waiting) page.pinNext = true;
-      else pin();
-    } else if (button.id === `${page.name}-unpin`) {
-      page.pin = null;
-      schedule();
+    if (button.id === `${page.name}-pin`) {
+      pinning("add");
+    } else if (button.id === `${page.name}-unpin` && page.pins.length) {
+      pinning("remove", page.pins.at(-1)[0]);
     } else if (button.id === `${page.name}-new-seed`) {
       const seed = Number(page.values.seed);
       edit("seed", Number.isInteger(seed) ? seed + 1 : 1);
@@ -624,7 +624,7 @@
 
   // What the page says once it rests is a step; nothing in between is.
   function remember() {
-    const now = JSON.stringify([page.values, page.pin]);
+    const now = JSON.stringify([page.values, page.pins]);
     if (steps.present === now) return;
     if (steps.present !== null) {
       steps.past.push(steps.present);
@@ -639,7 +639,7 @@
     if (!root() || !from.length || page.busy || page.waiting) return;
     to.push(steps.present);
     steps.present = from.pop();
-    [page.values, page.pin] = JSON.parse(steps.present);
+    [page.values, page.pins] = JSON.parse(steps.present);
     page.changed.clear();
     text("note", "");
     for (const name of Object.keys(page.values)) show(name);

@@ -171,7 +171,7 @@ def switch_field(page: str, name: str, label: str, sentence: str) -> Component:
 
 
 def metric_card(name: str, title: str, sentence: str) -> Component:
-    """A figure of merit, filled in by the page's script: value, and change since the pin."""
+    """A figure of merit, filled in by the page's script: value, and change since the last pin."""
     return html.Div(
         [
             tip(title, sentence, "metric-title"),

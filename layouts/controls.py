@@ -6,12 +6,14 @@ valid experiment and the controls as they should now stand.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from layouts.pinning import apply as pinning_done
+from layouts.pins import read_pins
 from layouts.rules import OWN_VIEW, STEADY, Draft, number, preset_keys, presets
-from layouts.state import LIMIT_FIELDS, SWITCH, VIEW_FIELDS, Settings, plane_name, read_limits, read_view
+from layouts.state import LIMIT_FIELDS, SWITCH, VIEW_FIELDS, Settings, View, plane_name, read_limits, read_view
 from tracker_core import SCENARIOS, Experiment, Gains, InputError, run_experiment
 from tracker_core.adaptive import METHODS
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
@@ -82,6 +84,8 @@ def controls_of(settings: Settings) -> dict[str, Any]:
     controls["background"] = settings.view.background
     controls["input"] = settings.view.input
     controls["beside"] = SWITCH[settings.view.beside]
+    controls["reference"] = settings.view.reference
+    controls["compared"] = settings.view.compared
     controls.update(dict.fromkeys(LIMIT_FIELDS, "") | settings.limits.given())
     controls["responsiveness"] = responsiveness(experiment, gains)
     return controls
@@ -123,7 +127,9 @@ def preset_of(experiment: Experiment) -> str:
     return preset_keys().get(experiment, "")
 
 
-def resolve(controls: Mapping[str, Any], changed: Iterable[str], pin: Mapping[str, Any] | None = None) -> Resolution:
+def resolve(
+    controls: Mapping[str, Any], changed: Iterable[str], pins: Iterable[Any] = (), pinning: Iterable[Any] = ()
+) -> Resolution:
     """Apply the rules of the page to a change of its controls.
 
     A design owns the gains it computes: moving one of them by hand makes the design manual; moving xi or the tracking
@@ -137,38 +143,51 @@ def resolve(controls: Mapping[str, Any], changed: Iterable[str], pin: Mapping[st
         controls: every control by name, as `controls_of` gave them or as the user left them.
         changed: names of the controls that were moved since the last call, in the order of the hand: what came after
             a preset or a scenario stands.
-        pin: an experiment as plain values, if one is pinned.
+        pins: the pinned filters, pairs of slot and text.
+        pinning: what is done with them once everything else is done: see `layouts.pinning`.
     """
     draft = Draft(
         {str(name): _tame(name, value) for name, value in controls.items()},
         list(dict.fromkeys(changed)),
         lambda experiment: controls_of(Settings(experiment)),
     )
+    pinning = list(pinning)
     try:
         draft.apply()
     except InputError as error:
-        return Resolution(draft.lasting(), None, (error,), draft.note)
+        return _refused(draft, [error], pinning)
     experiment, errors = read_experiment(draft.experiment_values())
     limits, wrong_limits = read_limits(draft.controls)
     if experiment is None or wrong_limits:
-        return Resolution(draft.lasting(), None, (*errors, *wrong_limits), draft.note)
+        return _refused(draft, [*errors, *wrong_limits], pinning)
     view_values = {name: draft.controls.get(name) for name in VIEW_FIELDS}
     if draft.new_target:
         view_values = {name: view_values[name] for name in OWN_VIEW}
     elif "samples" in draft.changed and "at" not in draft.changed:
         view_values.pop("at")
-    view, _ = read_view(view_values, experiment)
-    if view.at == experiment.samples // 2:
-        view = replace(view, at=None)
-    pinned = read_experiment(pin)[0] if pin is not None else None
-    settings = Settings(experiment, view, pinned, limits)
+    view = _view(view_values, experiment)
+    settings, said = pinning_done(Settings(experiment, view, read_pins(pins), limits), pinning)
+    if settings.experiment != experiment:
+        experiment = settings.experiment
+        settings = replace(settings, view=_view(view_values, experiment))
     kept = {name: draft.controls[name] for name in (*PARAMETERS, *METHOD_PARAMETERS, *BESIDE) if name in draft.controls}
     after = {**controls_of(settings), **_unused(kept, experiment)}
     chosen = draft.controls.get("preset")
     if presets().get(str(chosen)) == experiment:
         # Two documents report the same run; the one that was chosen stays.
         after["preset"] = chosen
-    return Resolution(after, settings, (), draft.note)
+    return Resolution(after, settings, (), " ".join(filter(None, (draft.note, said))))
+
+
+def _refused(draft: Draft, errors: Iterable[InputError], pinning: Collection[Any]) -> Resolution:
+    if pinning:
+        draft.notes.append("The pins stay as they are while an entry is wrong.")
+    return Resolution(draft.lasting(), None, tuple(errors), draft.note)
+
+
+def _view(values: Mapping[str, Any], experiment: Experiment) -> View:
+    view, _ = read_view(values, experiment)
+    return replace(view, at=None) if view.at == experiment.samples // 2 else view
 
 
 def _tame(name: str, value: Any) -> Any:

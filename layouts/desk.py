@@ -79,7 +79,7 @@ def beginning(desk: Desk, query: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "page": desk.page,
         "controls": controls_of(settings),
-        "pin": settings.pin.to_dict() if settings.pin else None,
+        "pins": [[pin.slot, pin.text()] for pin in settings.pins],
         "notes": notes,
         "sliders": desk.sliders,
         "often": [name for name, plot in desk.plots.items() if plot.often],
@@ -125,14 +125,13 @@ def register(app: Dash, desk: Desk) -> None:
 
 
 def _is_long(request: Mapping[str, Any]) -> bool:
-    return any(_samples(request.get(part)) > LONG_RUN for part in ("controls", "pin"))
-
-
-def _samples(described: Any) -> float:
+    # Of what is pinned every filter may run.
+    if request.get("pins") or request.get("pinning"):
+        return True
     try:
-        return float(described["samples"])
+        return float(request["controls"]["samples"]) > LONG_RUN
     except (KeyError, TypeError, ValueError, OverflowError):
-        return 0
+        return False
 
 
 def drawing_keys(desk: Desk, shown: Shown) -> dict[str, str]:
@@ -145,9 +144,9 @@ def answer(desk: Desk, request: Mapping[str, Any]) -> tuple[list[Any], dict[str,
 
     Args:
         desk: the page.
-        request: `seq` of the request, `controls` by name, `changed` names, `pin` (an experiment as plain values),
-            `drawn` (per plot the key of what it shows now), `want` (plots and tables to update; all plots if left
-            out), `theme` and `scene`.
+        request: `seq` of the request, `controls` by name, `changed` names, `pins` (pairs of slot and text),
+            `pinning` (what is done with them), `drawn` (per plot the key of what it shows now), `want` (plots and
+            tables to update; all plots if left out), `theme` and `scene`.
 
     Returns:
         One update per plot (a figure; a Patch where only lines have moved; no_update where nothing is wanted or
@@ -205,7 +204,8 @@ def live_answer(desk: Desk, request: Mapping[str, Any]) -> tuple[dict[str, Any],
 
 
 def _resolution(request: Mapping[str, Any]) -> Resolution:
-    return resolve(request["controls"], request.get("changed") or (), request.get("pin"))
+    pins, pinning = request.get("pins") or (), request.get("pinning") or ()
+    return resolve(request["controls"], request.get("changed") or (), pins, pinning)
 
 
 def _shown(request: Mapping[str, Any], settings: Settings, *, live: bool) -> Shown:

@@ -224,7 +224,7 @@ def status_row(page: str) -> Component:
 
 
 def metrics_card(page: str, cards: Mapping[str, str], metrics: Mapping[str, Metric]) -> Component:
-    """Figures of merit with their change since the pin.
+    """Figures of merit with their change since the last pin.
 
     Args:
         page: prefix of the ids.
@@ -241,7 +241,9 @@ def metrics_card(page: str, cards: Mapping[str, str], metrics: Mapping[str, Metr
                 [
                     html.Button("Pin", id=f"{page}-pin", type="button", className="quiet",
                                 **{"aria-label": "Pin this filter: show every metric's change from here"}),
-                    html.Button("Unpin", id=f"{page}-unpin", type="button", className="quiet", hidden=True),
+                    html.Button("Unpin", id=f"{page}-unpin", type="button", className="quiet", hidden=True,
+                                **{"aria-label": "Unpin the filter that was pinned last"}),
+                    html.Div(id=f"{page}-since", className="since"),
                 ],
                 className="metric-tools",
             ),

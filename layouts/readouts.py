@@ -7,7 +7,7 @@ from math import inf, log10
 from typing import Any
 
 from layouts.state import Settings, plane_name, to_query
-from layouts.text import significant
+from layouts.text import error_text, significant
 from tracker_core import DESIGNS, SCENARIOS, STARTS, Experiment, Gains, InputError, Result
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.conventions import rewrite
@@ -37,9 +37,8 @@ def common_report(result: Result, settings: Settings, *, live: bool) -> dict[str
     tone, status = status_text(result, settings)
     return {
         "tone": tone,
-        "pinned": settings.pin is not None,
+        "pins": [[pin.slot, pin.text()] for pin in settings.pins],
         "gains": list(result.gains.values),
-        "experiment": experiment.to_dict(),
         "link": to_query(settings),
         "owned": owned(experiment),
         "offers": offers(experiment),
@@ -49,6 +48,7 @@ def common_report(result: Result, settings: Settings, *, live: bool) -> dict[str
         "offer": None if live or result.verdict.stable else way_back(result.gains),
         "texts": {
             "status": status,
+            "since": since_text(settings),
             "formula": formula_text(experiment),
             "oracle": f"Oracle. {experiment.hindsight}" if experiment.hindsight else "",
             "found": found_text(result),
@@ -59,6 +59,18 @@ def common_report(result: Result, settings: Settings, *, live: bool) -> dict[str
             "at-text": f"{cursor + 1:,} of {experiment.samples:,}, {significant(float(result.truth.times[cursor]))} s",
         },
     }
+
+
+def since_text(settings: Settings) -> str:
+    """Since which pin figures have changed, or why that cannot be said."""
+    if not settings.pins:
+        return ""
+    pin = settings.pins[-1]
+    try:
+        pin.on(settings.experiment)
+    except InputError as error:
+        return f"{pin.name}: {error_text(error)}"
+    return f"since {pin.name}"
 
 
 def status_text(result: Result, settings: Settings) -> tuple[str, str]:

@@ -29,7 +29,7 @@ SHARE = Domain(0, 1)
 OF_THE_MOMENT = ("point", "pole")
 """What a hand drags: it sets gains, and has no value of its own afterwards."""
 
-OWN_VIEW = ("exaggerate", "plane", "background", "input", "beside")
+OWN_VIEW = ("exaggerate", "plane", "background", "input", "beside", "reference", "compared")
 """What of the view has nothing to do with the target."""
 
 KEPT = (*OWN_VIEW, *LIMIT_FIELDS, "preset")

@@ -1,12 +1,13 @@
-"""What a link says: the experiment, the view of it, the limits set, the pinned experiment; and the link itself."""
+"""What a link says: the experiment, the view of it, the limits set, the pinned filters; and the link itself."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
-from urllib.parse import parse_qsl, urlencode
+from urllib.parse import urlencode
 
+from layouts.pins import SLOTS, Pin, read_pin
 from tracker_core import SCENARIOS, Experiment, InputError
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.checks import Domain, check_choice
@@ -18,7 +19,13 @@ LINK_LIMIT = 2_000
 EXAGGERATIONS = ("1", "2", "5", "10", "20", "50", "100")
 BACKGROUNDS = ("none", "noise", "lag")
 INPUTS = ("step", "ramp", "parabola")
-VIEW_FIELDS = ("axis", "quantity", "exaggerate", "at", "plane", "background", "input", "beside")
+PRESENT = 0
+"""Where a slot of a pin may stand: the present filter."""
+
+ERROR_KINDS = ("tracking", "estimation", "innovation")
+VIEW_FIELDS = (
+    "axis", "quantity", "exaggerate", "at", "plane", "background", "input", "beside", "reference", "compared",
+)  # fmt: skip
 SWITCH = ("off", "on")
 LIMIT_FIELDS = ("limit_noise", "limit_lag", "limit_overshoot", "limit_settling")
 LIMIT = Domain(0, 1e9, low_open=True)
@@ -37,6 +44,8 @@ class View:
         background: what the map shows behind the region, one of BACKGROUNDS.
         input: what the time responses answer to, one of INPUTS.
         beside: whether the causal counterpart of a method that looks in hindsight is shown beside it.
+        reference: slot of the pin that all others are compared with; PRESENT for the present filter.
+        compared: which error is shown over time, one of ERROR_KINDS.
     """
 
     axis: int = 0
@@ -47,6 +56,8 @@ class View:
     background: str = "none"
     input: str = "step"
     beside: bool = False
+    reference: int = PRESENT
+    compared: str = "estimation"
 
     def cursor(self, samples: int) -> int:
         """The sample looked at, within a run of that length."""
@@ -83,13 +94,13 @@ class Settings:
     Attributes:
         experiment: what is run.
         view: what of it is looked at.
-        pin: the experiment that figures are compared with, if one is pinned.
+        pins: the pinned filters, in the order in which they were pinned.
         limits: what must not be exceeded.
     """
 
     experiment: Experiment
     view: View = View()
-    pin: Experiment | None = None
+    pins: tuple[Pin, ...] = ()
     limits: Limits = Limits()
 
 
@@ -115,9 +126,13 @@ def to_query(settings: Settings) -> str:
     if view.beside:
         values["beside"] = SWITCH[True]
     values |= {name: repr(value) for name, value in settings.limits.given().items()}
-    if settings.pin is not None:
-        values["pin"] = urlencode(_plain(settings.pin)) or "default"
-    return urlencode(values)
+    if view.reference != usual.reference:
+        values["reference"] = str(view.reference)
+    if view.compared != usual.compared:
+        values["compared"] = view.compared
+    values |= {f"pin{pin.slot}": pin.text() for pin in settings.pins}
+    # Both may stand in an address as they are.
+    return urlencode(values, safe=":,")
 
 
 def _plain(experiment: Experiment) -> dict[str, str]:
@@ -135,7 +150,8 @@ def from_query(query: Mapping[str, str]) -> tuple[Settings, list[str]]:
     """
     values: dict[str, Any] = dict(query)
     notes: list[str] = []
-    pin_text = values.pop("pin", None)
+    # In the order in which they stand: the last is the last one pinned.
+    pin_texts = {slot: values.pop(f"pin{slot}") for slot in _slots(query)}
     view_values = {name: values.pop(name) for name in VIEW_FIELDS if name in values}
     limit_values = {name: values.pop(name) for name in LIMIT_FIELDS if name in values}
     experiment, dropped = _lenient(values)
@@ -144,14 +160,21 @@ def from_query(query: Mapping[str, str]) -> tuple[Settings, list[str]]:
     notes += [f"{error}; the default is shown." for error in errors]
     limits, errors = read_limits(limit_values)
     notes += [f"{error}; no limit is set." for error in errors]
-    pin = None
-    if pin_text is not None:
-        pin, dropped = _lenient({} if pin_text == "default" else dict(parse_qsl(str(pin_text)[:LINK_LIMIT])))
-        notes += [f"Pin: {note}" for note in dropped]
-    return Settings(experiment, view, pin, limits), notes
+    pins = []
+    for slot, text in pin_texts.items():
+        try:
+            pins.append(read_pin(slot, str(text)))
+        except InputError as error:
+            notes.append(f"Pin {slot}: {error}; it is left out.")
+    return Settings(experiment, view, tuple(pins), limits), notes
 
 
-_FILTER_FIELDS = ("order", "design", *PARAMETERS, *METHOD_PARAMETERS)
+def _slots(query: Mapping[str, str]) -> list[int]:
+    named = {f"pin{slot}": slot for slot in SLOTS}
+    return [named[name] for name in query if name in named]
+
+
+_BLAMED = ("order", "design", *PARAMETERS, *METHOD_PARAMETERS)
 
 
 def _lenient(values: dict[str, Any]) -> tuple[Experiment, list[str]]:
@@ -162,7 +185,7 @@ def _lenient(values: dict[str, Any]) -> tuple[Experiment, list[str]]:
         if experiment is not None:
             return experiment, notes
         for error in errors:
-            blamed = [error.field] if error.field in values else [name for name in _FILTER_FIELDS if name in values]
+            blamed = [error.field] if error.field in values else [name for name in _BLAMED if name in values]
             notes.append(f"{error}; the default is used.")
             for name in blamed or list(values):
                 values.pop(name, None)
@@ -182,6 +205,8 @@ def read_view(values: Mapping[str, Any], experiment: Experiment) -> tuple[View, 
         "background": lambda value: check_choice("background", value, BACKGROUNDS),
         "input": lambda value: check_choice("input", value, INPUTS),
         "beside": lambda value: check_choice("beside", value, SWITCH) == SWITCH[True],
+        "reference": lambda value: int(Domain(PRESENT, SLOTS[-1], whole=True).check("reference", value)),
+        "compared": lambda value: check_choice("compared", value, ERROR_KINDS),
     }
     for name, read in readers.items():
         if values.get(name) in (None, ""):

@@ -59,7 +59,7 @@ def metric_text(metric: Metric, value: float | None) -> str:
 
 
 def change_text(metric: Metric, value: float | None, pinned: float | None) -> tuple[str, str]:
-    """The change of a metric since the pin, and its tone: "better", "worse" or "same"."""
+    """The change of a metric since a pin, and its tone: "better", "worse" or "same"."""
     if value is None or pinned is None or not (isfinite(value) and isfinite(pinned)):
         return "–", "same"
     difference = value - pinned

@@ -24,6 +24,9 @@ from tracker_core.types import GAIN_NAMES, ORDERS
 PARAMETERS = (*GAIN_NAMES, "xi", "tracking_index")
 """Fields that a gain design may be computed from."""
 
+FILTER_FIELDS = ("design", "order", *PARAMETERS, *METHOD_PARAMETERS, "convention", "start")
+"""Fields that say which filter runs; the others say what it sees."""
+
 DEFAULTS: dict[str, Any] = {
     "scenario": "jeong-ship",
     "samples": 200,
@@ -201,6 +204,29 @@ class Experiment:
                 raise InputError(name, f"must be left out for manual gains of order {self.order}", value)
         return Gains(tuple(given[name] for name in wanted), self.convention)
 
+    def filter_values(self) -> dict[str, Any]:
+        """The filter alone, by field name: `with_filter` makes the same one of it on any target.
+
+        What is left out is usual for every target; what a method derives from the interval is always said.
+        """
+        return read_filter({name: getattr(self, name) for name in FILTER_FIELDS})
+
+    def with_filter(self, values: Mapping[str, Any]) -> Experiment:
+        """The same target and sensor under another filter.
+
+        Args:
+            values: of FILTER_FIELDS; what they leave out never depends on the target's own defaults.
+
+        Raises:
+            InputError: for values that describe no filter, or one that does not fit this target.
+        """
+        known = read_filter(values)
+        design = known["design"]
+        method = None if design in DESIGNS else METHODS.get(design)
+        complete: dict[str, Any] = dict.fromkeys(FILTER_FIELDS) | _usual_filter(known)
+        complete |= {} if method is None else method.defaults(self.interval)
+        return replace(self, **complete | known)
+
     def to_dict(self, *, minimal: bool = False) -> dict[str, Any]:
         """Plain values by field name; `from_dict` gives the same experiment back.
 
@@ -240,6 +266,36 @@ def read_experiment(values: Mapping[str, Any]) -> tuple[Experiment | None, list[
         return Experiment(**_complete(known)), []
     except InputError as error:
         return None, [error]
+
+
+def read_filter(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The filter that `values` describe: every value as its field's type, the design named, nothing that goes unsaid.
+
+    Whether the values fit together is for `Experiment.with_filter` to find out.
+
+    Raises:
+        InputError: the first value that cannot be read or is none of the filter's.
+    """
+    known: dict[str, Any] = {}
+    for name, value in values.items():
+        if name not in FILTER_FIELDS:
+            raise InputError(str(name), "is not a field of the filter", value)
+        if value is not None:
+            known[name] = FIELDS[name].read(name, value)
+    given = [name for name in PARAMETERS if name in known]
+    known.setdefault("design", _implied_design(given, known.get("order", DEFAULTS["order"]), DEFAULTS["design"]))
+    usual = _usual_filter(known)
+    return {name: known[name] for name in FILTER_FIELDS if name in known and known[name] != usual.get(name)}
+
+
+def _usual_filter(known: Mapping[str, Any]) -> dict[str, Any]:
+    """What goes unsaid of a filter: see `read_filter`."""
+    design, given = known["design"], [name for name in PARAMETERS if name in known]
+    usual = {name: DEFAULTS[name] for name in ("convention", "start")}
+    usual["order"] = _implied_order(given, design, DEFAULTS)
+    if design in METHODS and design not in DESIGNS:
+        usual |= {name: value for name, value in METHODS[design].parameters.items() if not callable(value)}
+    return usual
 
 
 def _scenario_defaults(scenario: str) -> dict[str, Any]:

@@ -260,10 +260,20 @@ def test_pinning_shows_every_change_until_unpinned(open_page, settle):
     change = page.locator('[data-metric="lag"] .metric-change')
     expect(change).to_contain_text("−")
     expect(change).to_have_attribute("data-tone", "better")
+    page.click("#explore-pin")
+    settle(page)
+    xi = page.input_value("#explore-xi")
+    assert page.url.endswith(f"?xi={xi}&pin1=fading-memory,xi:0.64&pin2=fading-memory,xi:{xi}")
+    expect(page.locator("#explore-since")).to_contain_text("since Fading memory ξ 0.49")
+    page.click("#explore-unpin")
+    expect(page.locator("#explore-since")).to_have_text("since Fading memory ξ 0.64")
     page.click("#explore-unpin")
     expect(change).to_be_empty()
     settle(page)
     assert "pin" not in page.url
+    page.click("#undo")
+    settle(page)
+    assert page.url.endswith(f"?xi={xi}&pin1=fading-memory,xi:0.64")
 
 
 def test_the_sample_slider_and_a_click_on_a_plot_move_the_close_up(open_page, plot, settle):
@@ -403,10 +413,10 @@ def test_a_refused_entry_is_not_asked_again_and_again(open_page):
 
 def test_what_is_typed_last_is_what_is_pinned_and_linked(open_page, settle):
     page = open_page()
-    page.fill("#explore-samples", "77")
+    page.fill("#explore-xi", "0.7")
     page.click("#explore-pin")
     settle(page)
-    assert page.url.endswith("?samples=77&pin=samples%3D77")
+    assert page.url.endswith("?xi=0.7&pin1=fading-memory,xi:0.7")
 
 
 def test_edits_after_a_preset_win_over_it(open_page, settle, port):

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 import app
 from layouts.controls import controls_of
-from layouts.state import BACKGROUNDS, EXAGGERATIONS, INPUTS, LIMIT_FIELDS, Limits, Settings, View
+from layouts.pins import SLOTS, pin_of
+from layouts.state import BACKGROUNDS, ERROR_KINDS, EXAGGERATIONS, INPUTS, LIMIT_FIELDS, Limits, Settings, View
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment
 from tracker_core.region import PLANES
 
@@ -58,8 +59,15 @@ def experiments(draw):
 
 
 @st.composite
+def all_pins(draw):
+    """Up to six pinned filters in any slots, some of them with a name of their own."""
+    slots = draw(st.lists(st.sampled_from(SLOTS), unique=True, max_size=6))
+    return tuple(pin_of(slot, draw(experiments())).named(draw(st.just("") | st.text(max_size=50))) for slot in slots)
+
+
+@st.composite
 def all_settings(draw):
-    """Valid settings: an experiment, a view that fits it, and perhaps a pin and limits."""
+    """Valid settings: an experiment, a view that fits it, and perhaps pins and limits."""
     experiment = draw(experiments())
     view = View(
         axis=draw(st.integers(0, len(SCENARIOS[experiment.scenario].axes) - 1)),
@@ -69,9 +77,11 @@ def all_settings(draw):
         plane=draw(st.sampled_from(PLANES[experiment.order])),
         background=draw(st.sampled_from(BACKGROUNDS)),
         input=draw(st.sampled_from(INPUTS)),
+        reference=draw(st.sampled_from([0, *SLOTS])),
+        compared=draw(st.sampled_from(ERROR_KINDS)),
     )
     limits = Limits(**{name: draw(st.none() | st.floats(0, 1e9, exclude_min=True)) for name in LIMIT_FIELDS})
-    return Settings(experiment, view, draw(st.none() | experiments()), limits)
+    return Settings(experiment, view, draw(all_pins()), limits)
 
 
 # `st.from_type(Settings)` in any test file.
@@ -99,7 +109,8 @@ def request_for():
             "seq": 7,
             "controls": {**controls, **moved},
             "changed": list(moved),
-            "pin": None,
+            "pins": [],
+            "pinning": [],
             "drawn": {},
             "want": None,
             "theme": "light",

@@ -2,6 +2,7 @@
 
 import math
 import re
+from urllib.parse import parse_qsl
 
 import numpy as np
 import pytest
@@ -11,12 +12,17 @@ from dash.development.base_component import Component
 from layouts.desk import answer
 from layouts.pages.explore.answers import CARDS, DESK, NUMBERS
 from layouts.readouts import formula_text, offers, owned
-from layouts.state import View
+from layouts.state import View, from_query
 from layouts.text import change_text, metric_text, significant
 from tracker_core import DESIGNS, METRICS, SCENARIOS, Experiment, run_experiment
 from tracker_core.fields import FIELDS
 
 WILD = {"design": "manual", "order": 2, "alpha": 1.9, "beta": 1.5, "gamma": 1.0, "eta": 0.1}
+
+
+def read(link):
+    """The experiment of a link."""
+    return from_query(dict(parse_qsl(link)))[0].experiment
 
 
 def ask(request_for, controls, moved=None, **more):
@@ -61,7 +67,7 @@ def test_the_sample_where_the_run_stopped_is_the_first_beyond_the_limit(controls
         **{k: v for k, v in WILD.items() if k not in ["gamma", "eta"][order - 2 :]} | {"order": order}
     )
     _, rest = ask(request_for, controls)
-    result = run_experiment(Experiment.from_dict(rest["experiment"]))
+    result = run_experiment(read(rest["link"]))
     stop = int(re.search(r"stopped at sample ([\d,]+)", rest["texts"]["status"])[1].replace(",", ""))
     beyond = np.abs(result.track.smoothed[:, :, 0]).max(axis=1) > 1e12
     assert beyond[stop - 1]
@@ -107,7 +113,8 @@ def test_the_cards_are_the_metrics_of_the_run(controls_for, request_for):
     metrics = run_experiment(Experiment.from_dict({})).metrics.to_dict()
     assert rest["cards"] == {name: [metric_text(METRICS[name], metrics[name]), "", ""] for name in CARDS}
     assert set(CARDS) <= set(METRICS)
-    assert not rest["pinned"]
+    assert rest["pins"] == []
+    assert rest["texts"]["since"] == ""
 
 
 def test_an_unstable_filter_that_was_not_stopped_has_no_lag(controls_for, request_for):
@@ -117,11 +124,12 @@ def test_an_unstable_filter_that_was_not_stopped_has_no_lag(controls_for, reques
 
 
 @pytest.mark.parametrize("moved", [{"xi": 0.3}, {"xi": 0.9}, {"order": 4}, {"design": "gray-murray"}])
-def test_cards_show_the_change_since_the_pin(controls_for, request_for, moved):
-    pin = Experiment.from_dict({})
-    _, rest = ask(request_for, controls_for(), moved, pin=pin.to_dict())
-    now, then = (run_experiment(e).metrics.to_dict() for e in (Experiment.from_dict(rest["experiment"]), pin))
-    assert rest["pinned"]
+def test_cards_show_the_change_since_the_last_pin(controls_for, request_for, moved):
+    pins = [[1, "kalata,tracking_index:3"], [3, "fading-memory,xi:0.64,name:A & B"]]
+    _, rest = ask(request_for, controls_for(), moved, pins=pins)
+    now, then = (run_experiment(e).metrics.to_dict() for e in (read(rest["link"]), Experiment.from_dict({})))
+    assert rest["pins"] == [[1, "kalata,tracking_index:3.0"], [3, "fading-memory,xi:0.64,name:A & B"]]
+    assert rest["texts"]["since"] == "since A & B"
     for name, (value, change, tone) in rest["cards"].items():
         assert value == metric_text(METRICS[name], now[name])
         assert (change, tone) == change_text(METRICS[name], now[name], then[name])
@@ -133,22 +141,33 @@ def test_cards_show_the_change_since_the_pin(controls_for, request_for, moved):
 
 
 def test_nothing_changed_since_the_pin(controls_for, request_for):
-    _, rest = ask(request_for, controls_for(), pin=Experiment.from_dict({}).to_dict())
+    _, rest = ask(request_for, controls_for(), pinning=[["add"]])
     assert {tuple(card[1:]) for card in rest["cards"].values()} == {("no change", "same")}
-    assert rest["link"] == "pin=default"
+    assert rest["link"] == "pin1=fading-memory,xi:0.64"
 
 
-def test_a_pin_of_another_target_is_compared_with_its_own_run(controls_for, request_for):
-    pin = Experiment.from_dict({"scenario": "garg-accelerating"})
-    _, rest = ask(request_for, controls_for(), pin=pin.to_dict())
-    now, then = (run_experiment(e).metrics for e in (Experiment.from_dict({}), pin))
+def test_a_pin_runs_on_the_present_target_and_sensor(controls_for, request_for):
+    controls = controls_for(scenario="garg-accelerating", noise="white", seed=4)
+    _, rest = ask(request_for, controls, pins=[[1, "fading-memory,xi:0.5"]])
+    present = read(rest["link"])
+    now, then = (run_experiment(e).metrics for e in (present, present.with_filter({"xi": 0.5})))
+    assert then.lag != run_experiment(Experiment.from_dict({"xi": 0.5})).metrics.lag
     assert rest["cards"]["lag"][1:] == list(change_text(METRICS["lag"], now.lag, then.lag))
 
 
 def test_a_pin_that_was_stopped_is_compared_with_nothing(controls_for, request_for):
-    pin = Experiment.from_dict({"design": "manual", "order": 2, "alpha": 1.9, "beta": 1.5})
-    _, rest = ask(request_for, controls_for(), pin=pin.to_dict())
-    assert {card[2] for card in rest["cards"].values()} <= {"", "same"}
+    _, rest = ask(request_for, controls_for(), pins=[[1, "manual,alpha:1.9,beta:1.5"]])
+    assert {tuple(card[1:]) for card in rest["cards"].values()} == {("", "")}
+
+
+def test_a_pin_that_does_not_fit_stays_and_says_why(controls_for, request_for):
+    pins = [[1, "fading-memory,xi:0.5"], [2, "moving-window,window:500"]]
+    _, rest = ask(request_for, controls_for(samples=100), pins=pins)
+    assert {tuple(card[1:]) for card in rest["cards"].values()} == {("", "")}
+    assert rest["pins"] == pins
+    said = rest["texts"]["since"]
+    assert said.startswith("Moving window (M4) W 500: Window must be ")
+    assert said.endswith("got “500”.")
 
 
 # The other readouts ------------------------------------------------------------------------------------------------

@@ -10,6 +10,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from layouts.controls import SPARE_GAINS, controls_of, preset_of, resolve
+from layouts.pinning import ACTIONS
+from layouts.pins import SLOTS, read_pin
 from layouts.rules import design_title, index_design, presets
 from layouts.state import LIMIT_FIELDS, VIEW_FIELDS, Limits, Settings, View
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, Experiment, Gains
@@ -24,6 +26,11 @@ SYMBOLS = {"alpha": "α", "beta": "β", "gamma": "γ", "eta": "η", "xi": "ξ", 
 def move(controls, **moved):
     """What a hand does: some controls moved, the others as they stand."""
     return resolve({**controls, **moved}, list(moved))
+
+
+def sent(wanted):
+    """The pins of settings as a page sends them."""
+    return [[pin.slot, pin.text()] for pin in wanted.pins]
 
 
 def design_controls(controls_for, design, order, **more):
@@ -41,16 +48,24 @@ def test_controls_describe_the_settings_they_were_made_from(wanted):
     if wanted.view.at == wanted.experiment.samples // 2:
         wanted = replace(wanted, view=replace(wanted.view, at=None))
     controls = json.loads(json.dumps(controls_of(wanted)))
-    pin = wanted.pin.to_dict() if wanted.pin else None
-    got = resolve(controls, [], pin)
+    got = resolve(controls, [], sent(wanted))
     assert got.settings == wanted
     assert got.controls == controls
     assert (got.errors, got.note) == ((), "")
 
 
-def test_a_pin_that_is_no_experiment_is_let_go(controls_for):
-    got = resolve(controls_for(), [], {"order": 7})
-    assert got.settings == Settings(Experiment.from_dict({}))
+def test_what_is_no_pin_is_let_go(controls_for):
+    pins = [
+        [1, "xi:7"],
+        [2, None],
+        [7, "kalata"],
+        ["3", "kalata"],
+        [None, "kalata"],
+        [4, "kalata"],
+        [4, "fading-memory"],
+    ]
+    got = resolve(controls_for(), [], pins)
+    assert got.settings == Settings(Experiment.from_dict({}), pins=(read_pin(4, "kalata"),))
 
 
 @pytest.mark.parametrize("order", [2, 3, 4])
@@ -620,6 +635,7 @@ ANYTHING = st.recursive(
     max_leaves=6,
 )  # fmt: skip
 NAMES = st.sampled_from(CONTROLS) | st.text(max_size=10)
+TEXTS = st.sampled_from(["fading-memory,xi:0.5", "moving-window,window:999", "kalata", "manual,alpha:1,beta:2,name:N"])
 
 
 def assert_resolved(got):
@@ -630,7 +646,7 @@ def assert_resolved(got):
         return
     # What is shown now is what it describes: nothing moves by itself the next time.
     again = resolve(json.loads(json.dumps(got.controls)), [])
-    assert again.settings == replace(got.settings, pin=None)
+    assert again.settings == replace(got.settings, pins=())
     assert again.controls == got.controls
     assert again.note == ""
 
@@ -639,10 +655,11 @@ def assert_resolved(got):
 @given(
     controls=st.dictionaries(NAMES, ANYTHING, max_size=25),
     changed=st.lists(NAMES | SCALARS, max_size=6),
-    pin=st.none() | st.dictionaries(NAMES, ANYTHING, max_size=5),
+    pins=st.lists(st.tuples(st.sampled_from(SLOTS) | SCALARS, TEXTS | ANYTHING), max_size=6),
+    pinning=st.lists(st.lists(st.sampled_from([*ACTIONS, *SLOTS]) | ANYTHING, max_size=4) | ANYTHING, max_size=4),
 )
-def test_any_message_gives_settings_or_errors(controls, changed, pin):
-    assert_resolved(resolve(controls, changed, pin))
+def test_any_message_gives_settings_or_errors(controls, changed, pins, pinning):
+    assert_resolved(resolve(controls, changed, pins, pinning))
 
 
 @settings(max_examples=200)

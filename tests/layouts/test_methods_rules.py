@@ -13,6 +13,7 @@ from layouts.controls import controls_of, resolve
 from layouts.desk import answer
 from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import DESK as STABILITY
+from layouts.pins import pin_of
 from layouts.rules import design_title, index_design, presets
 from layouts.state import Settings, View, from_query, to_query
 from layouts.text import change_text
@@ -368,13 +369,15 @@ def read(link):
 @ON_EVERY_METHOD
 def test_a_link_brings_a_method_back_with_all_it_was_told(method, order, beside):
     experiment = Experiment.from_dict({**SHORT, "design": method, "order": order, **told(method)})
-    wanted = Settings(experiment, View(beside=beside, axis=1), pin=experiment)
+    wanted = Settings(experiment, View(beside=beside, axis=1), (pin_of(2, experiment),))
     link = to_query(wanted)
     values = dict(parse_qsl(link))
     assert {name: values[name] for name in told(method)} == {name: str(value) for name, value in told(method).items()}
     assert values.get("beside") == ("on" if beside else None)
     assert read(link) == (wanted, [])
-    assert resolve(json.loads(json.dumps(controls_of(wanted))), [], experiment.to_dict()).settings == wanted
+    pins = [[2, wanted.pins[0].text()]]
+    assert resolve(json.loads(json.dumps(controls_of(wanted))), [], pins).settings == wanted
+    assert wanted.pins[0].on(experiment) == experiment
 
 
 @ON_EVERY_METHOD
@@ -408,17 +411,19 @@ def test_what_does_not_fit_a_method_in_a_link_is_left_out_with_a_note(link):
 
 @ON_EVERY_METHOD
 def test_a_pinned_method_is_compared_with_on_both_pages(controls_for, request_for, method, order):
-    pin = Experiment.from_dict({**SHORT, "design": method, "order": order, **told(method)})
+    pinned = Experiment.from_dict({**SHORT, "design": method, "order": order, **told(method)})
+    pin = pin_of(1, pinned)
     controls = controls_for(**SHORT, design="fading-memory", order=order, xi=0.6)
-    now, then = (run_experiment(e) for e in (resolve(controls, []).settings.experiment, pin))
-    _, rest = answer(EXPLORE, request_for(controls, pin=pin.to_dict(), want=["explore-path"]))
+    now, then = (run_experiment(e) for e in (resolve(controls, []).settings.experiment, pinned))
+    sent = [[1, pin.text()]]
+    _, rest = answer(EXPLORE, request_for(controls, pins=sent, want=["explore-path"]))
     name = "estimation_rmse"
     expected = change_text(METRICS[name], getattr(now.metrics, name), getattr(then.metrics, name))
-    assert (rest["cards"][name][1:], rest["pinned"]) == (list(expected), True)
-    _, rest = answer(STABILITY, request_for(controls, pin=pin.to_dict(), want=["stability-path"]))
+    assert (rest["cards"][name][1:], rest["pins"]) == (list(expected), sent)
+    _, rest = answer(STABILITY, request_for(controls, pins=sent, want=["stability-path"]))
     figures = [merits(result.gains, 3.0)["noise_gain"] for result in (now, then)]
     assert rest["cards"]["noise_gain"][1:] == list(change_text(MERITS["noise_gain"], *figures))
-    assert read(rest["link"])[0].pin == pin
+    assert read(rest["link"])[0].pins == (pin,)
 
 
 # Anything ----------------------------------------------------------------------------------------------------------

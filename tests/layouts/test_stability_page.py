@@ -63,7 +63,7 @@ def test_the_cards_are_the_merits_of_the_gains(controls_for, request_for, gains)
 
 def test_the_cards_show_the_change_since_the_pin(controls_for, request_for):
     pin = Experiment.from_dict({"xi": 0.3})
-    rest = ask(request_for, controls_for(), pin=pin.to_dict())
+    rest = ask(request_for, controls_for(), pins=[[1, "fading-memory,xi:0.3"]])
     now, then = (merits(e.gains(), e.interval) for e in (Experiment.from_dict({}), pin))
     for name, (value, *change) in rest["cards"].items():
         assert value == metric_text(MERITS[name], now[name])
@@ -121,9 +121,8 @@ def test_the_offer_makes_the_filter_stable_when_it_is_taken(controls_for, reques
     # As the script takes it: one control after the other.
     got = resolve({**rest["controls"], **offer["controls"]}, list(offer["controls"]))
     experiment = got.settings.experiment
-    assert experiment == replace(
-        Experiment.from_dict(rest["experiment"]), **{n: v for n, v in offer["controls"].items() if n in GAIN_NAMES}
-    )
+    present = resolve(controls, []).settings.experiment
+    assert experiment == replace(present, **{n: v for n, v in offer["controls"].items() if n in GAIN_NAMES})
     # Four poles in one place are known to a thousandth.
     assert radius(experiment.gains()) <= 0.991
     assert got.note == ""

@@ -7,8 +7,10 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
+from layouts.pins import SLOTS, pin_of
 from layouts.state import (
     BACKGROUNDS,
+    ERROR_KINDS,
     EXAGGERATIONS,
     INPUTS,
     LIMIT_FIELDS,
@@ -20,16 +22,22 @@ from layouts.state import (
     from_query,
     to_query,
 )
-from tracker_core import DESIGNS, SCENARIOS, Experiment, run_experiment
+from tracker_core import DESIGNS, SCENARIOS, Experiment, InputError, run_experiment
 from tracker_core.fields import FIELDS
 from tracker_core.region import PLANES
 
 DEFAULT = Settings(Experiment.from_dict({}))
-NAMES = [*FIELDS, *VIEW_FIELDS, *LIMIT_FIELDS, "pin"]
+PINS = [f"pin{slot}" for slot in SLOTS]
+NAMES = [*FIELDS, *VIEW_FIELDS, *LIMIT_FIELDS, *PINS]
 
 
 def read(link):
     return from_query(dict(parse_qsl(link, strict_parsing=bool(link))))
+
+
+def pinned(slot, values, name=""):
+    """The default run with one pin."""
+    return replace(DEFAULT, pins=(pin_of(slot, Experiment.from_dict(values)).named(name),))
 
 
 # There and back ----------------------------------------------------------------------------------------------------
@@ -37,13 +45,15 @@ def read(link):
 
 @given(wanted=st.from_type(Settings))
 @example(wanted=DEFAULT)
-@example(wanted=Settings(DEFAULT.experiment, pin=DEFAULT.experiment))
+@example(wanted=Settings(DEFAULT.experiment, pins=(pin_of(3, DEFAULT.experiment), pin_of(1, DEFAULT.experiment))))
+@example(wanted=Settings(DEFAULT.experiment, pins=(pin_of(6, DEFAULT.experiment).named("a, name:b & c=d + 100 %"),)))
 @example(wanted=Settings(DEFAULT.experiment, View(axis=1, quantity=2, exaggerate=100, at=0)))
 @example(wanted=Settings(DEFAULT.experiment, limits=Limits(5e-324, 1e9, 0.1, 1 / 3)))
 def test_a_link_round_trips(wanted):
     link = to_query(wanted)
     assert read(link) == (wanted, [])
-    assert len(link) <= LINK_LIMIT
+    if not wanted.pins:
+        assert len(link) <= LINK_LIMIT
 
 
 def test_the_longest_link_is_short_enough():
@@ -56,7 +66,8 @@ def test_the_longest_link_is_short_enough():
         }
     )  # fmt: skip
     view = View(1, 2, 100, 199_998, ("alpha", "gamma"), "noise", "parabola")
-    wanted = Settings(experiment, view, experiment, Limits(*[1.2345678901234567e-100] * 4))
+    limits = Limits(*[1.2345678901234567e-100] * 4)
+    wanted = Settings(experiment, view, tuple(pin_of(slot, experiment) for slot in SLOTS), limits)
     assert read(to_query(wanted)) == (wanted, [])
     assert len(to_query(wanted)) <= LINK_LIMIT
 
@@ -100,14 +111,17 @@ def test_the_defaults_give_an_empty_link():
     [
         (Settings(Experiment.from_dict({"scenario": "garg-accelerating"})), "scenario=garg-accelerating"),
         (Settings(Experiment.from_dict({"seed": 2})), "seed=2"),
-        (Settings(Experiment.from_dict({"noise_std": "10,20"})), "noise_std=10.0%2C20.0"),
+        (Settings(Experiment.from_dict({"noise_std": "10,20"})), "noise_std=10.0,20.0"),
         (replace(DEFAULT, view=View(axis=1, quantity=1, exaggerate=20, at=41)),
          "axis=y&quantity=velocity&exaggerate=20&at=42"),
         (replace(DEFAULT, view=View(plane=("beta", "gamma"), background="lag", input="ramp")),
          "plane=beta-gamma&background=lag&input=ramp"),
         (replace(DEFAULT, limits=Limits(limit_lag=2.5, limit_settling=30.0)), "limit_lag=2.5&limit_settling=30.0"),
-        (replace(DEFAULT, pin=DEFAULT.experiment), "pin=default"),
-        (replace(DEFAULT, pin=Experiment.from_dict({"seed": 2, "xi": 0.5})), "pin=seed%3D2%26xi%3D0.5"),
+        (replace(DEFAULT, view=View(reference=3, compared="innovation")), "reference=3&compared=innovation"),
+        (pinned(1, {}), "pin1=fading-memory,xi:0.64"),
+        (pinned(2, {"order": 2, "xi": 0.5}), "pin2=fading-memory,order:2,xi:0.5"),
+        (pinned(3, {"alpha": 0.5, "beta": 0.2, "start": "known"}), "pin3=manual,alpha:0.5,beta:0.2,start:known"),
+        (pinned(6, {"design": "moving-window", "order": 2}, "My, own"), "pin6=moving-window,name:My,+own"),
     ],
 )  # fmt: skip
 def test_a_link_says_what_differs_and_nothing_else(settings, link):
@@ -149,6 +163,8 @@ BAD = {
     "plane": ["gamma-eta", "beta-alpha", "alpha", "alpha beta"],
     "background": ["gold", "Noise"],
     "input": ["impulse", "1"],
+    "reference": ["7", "-1", "1.5", "present"],
+    "compared": ["smoothed", "Tracking"],
     **{name: ["0", "-1", "nan", "inf", "1e10", "none"] for name in LIMIT_FIELDS},
     "colour": ["red"],
     "x" * 40: ["1"],
@@ -168,7 +184,13 @@ def test_a_bad_value_falls_back_and_is_named(name, value):
 
 @pytest.mark.parametrize(("name", "value"), [(name, values[0]) for name, values in BAD.items()])
 def test_a_bad_value_takes_no_good_one_with_it(name, value):
-    good = {"seed": "7", "exaggerate": "5", "background": "lag", "limit_overshoot": "20", "pin": "seed=3"}
+    good = {
+        "seed": "7",
+        "exaggerate": "5",
+        "background": "lag",
+        "limit_overshoot": "20",
+        "pin4": "kalata,tracking_index:1",
+    }
     good.pop(name, None)
     got, notes = from_query({**good, name: value})
     assert (got, []) == from_query(good)
@@ -221,32 +243,66 @@ def test_the_view_falls_back_where_the_experiment_does():
 
 
 @pytest.mark.parametrize(
-    ("pin", "expected", "named"),
+    ("text", "named"),
     [
-        ("default", DEFAULT.experiment, []),
-        ("seed=5", Experiment.from_dict({"seed": 5}), []),
-        ("seed=-5&xi=0.5", Experiment.from_dict({"xi": 0.5}), ["seed"]),
-        ("colour=red", DEFAULT.experiment, ["colour"]),
-        ("axis=y", DEFAULT.experiment, ["axis"]),
-        ("nonsense", DEFAULT.experiment, []),
+        ("", "design must be one of manual"),
+        ("default", "design must be one of manual"),
+        ("fading-memory,xi", "xi must be given once, as name:value"),
+        ("fading-memory,xi:0.5,xi:0.6", "xi must be given once, as name:value"),
+        ("fading-memory,xi:half", "xi must be a finite number"),
+        ("fading-memory,seed:3", "seed is not a field of the filter"),
+        ("fading-memory,colour:red", "colour is not a field of the filter"),
+        ("xi:0.5", "design must be one of manual"),
     ],
 )
-def test_a_pin_is_read_like_an_experiment(pin, expected, named):
-    got, notes = from_query({"pin": pin})
-    assert got == replace(DEFAULT, pin=expected)
-    assert [note.split()[:2] for note in notes] == [["Pin:", name] for name in named]
+def test_a_malformed_pin_is_left_out_with_a_note_and_nothing_else(text, named):
+    good = {"seed": "7", "pin5": "manual,alpha:0.5,beta:0.2", "compared": "tracking", "limit_lag": "3.0"}
+    got, (note,) = from_query({**good, "pin2": text})
+    assert (got, []) == from_query(good)
+    assert note.startswith(f"Pin 2: {named}")
+    assert note.endswith("; it is left out.")
+
+
+@pytest.mark.parametrize(
+    "text", ["moving-window,window:9000", "gray-murray,order:2,tracking_index:1.0", "manual,alpha:0.5", "kalata,xi:0.5"]
+)
+def test_a_pin_that_does_not_fit_stays(text):
+    got, notes = from_query({"pin1": text})
+    assert (to_query(got), notes) == (f"pin1={text}", [])
+    with pytest.raises(InputError):
+        got.pins[0].on(got.experiment)
+
+
+def test_pins_keep_slot_and_order():
+    link = "pin4=kalata,tracking_index:1.0&pin1=fading-memory,xi:0.5&pin6=manual,alpha:0.5,beta:0.2"
+    got, notes = read(link)
+    assert ([pin.slot for pin in got.pins], notes) == ([4, 1, 6], [])
+    assert to_query(got) == link
+
+
+def test_what_goes_unsaid_of_a_pin_is_not_said_again():
+    got, _ = read("pin1=fading-memory,order:3,xi:0.640,convention:normalised,start:two-point,name:Fading+memory+ξ+0.64")
+    assert to_query(got) == "pin1=fading-memory,xi:0.64"
 
 
 def test_a_pin_does_not_grow_without_limit():
-    got, notes = from_query({"pin": "seed=5&" + "&".join(f"n{i}=1" for i in range(5_000))})
-    assert got.pin == Experiment.from_dict({"seed": 5})
-    assert len(notes) < LINK_LIMIT
+    got, notes = from_query({"pin1": "fading-memory,xi:0.5,name:" + "long " * 5_000})
+    assert got.pins[0].name == "long long long long long long long long"
+    assert notes == []
+    _, (note,) = from_query({"pin1": "fading-memory," + "," * 5_000})
+    assert len(note) < 200
+
+
+def test_there_are_six_pins_and_no_more():
+    _, notes = from_query(dict.fromkeys(["pin", "pin0", "pin7", "pin01"], "fading-memory,xi:0.5"))
+    assert [note.split()[0] for note in notes] == ["pin", "pin0", "pin7", "pin01"]
 
 
 PLAUSIBLE = st.sampled_from([
     *SCENARIOS, *DESIGNS, "manual", "taylor", "half", "known", "three-point", "white", "recorded", "none",
     "2", "3", "4", "5", "10", "0.5", "1", "-1", "0", "1e-30", "999999", "10,20", "y", "range", "jerk", "velocity",
-    "default", "seed=3", "order=2&start=three-point", "", "nan", "inf", "1_000", "١٢", "\x00", "🙂",
+    "fading-memory,xi:0.5", "manual,alpha:0.5,beta:1,name:N",
+    "moving-window,window:10000", "kalata,name:", "", "nan", "inf", "1_000", "١٢", "\x00", "🙂",
 ])  # fmt: skip
 
 
@@ -288,6 +344,8 @@ def test_every_choice_of_the_view_can_be_linked():
         *(View(exaggerate=int(factor)) for factor in EXAGGERATIONS),
         *(View(background=name) for name in BACKGROUNDS),
         *(View(input=name) for name in INPUTS),
+        *(View(compared=name) for name in ERROR_KINDS),
+        *(View(reference=slot) for slot in SLOTS),
     ]
     for view in views:
         wanted = replace(DEFAULT, view=view)

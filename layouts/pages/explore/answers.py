@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 from dash.development.base_component import Component
@@ -13,12 +12,13 @@ from layouts.figures import error, gains, stability_map, track
 from layouts.figures.handles import gains_handle
 from layouts.figures.stability_map import ALPHA_BETA
 from layouts.filter_card import SLIDERS
+from layouts.pinned import last_pinned, metrics_of
 from layouts.readouts import slice_text
 from layouts.rules import design_title
 from layouts.shown import Shown
 from layouts.state import Settings
 from layouts.text import change_text, metric_text, significant
-from tracker_core import METRICS, Experiment, Metrics, Result, run_experiment
+from tracker_core import METRICS, Result
 from tracker_core.exports import track_columns
 from tracker_core.types import STATE_NAMES
 
@@ -35,20 +35,14 @@ CARDS = {
 NUMBERS = "explore-numbers"
 
 
-@lru_cache(maxsize=64)
-def _pinned_metrics(experiment: Experiment) -> Metrics | None:
-    """What a pinned experiment is compared by; None if its run was stopped."""
-    result = run_experiment(experiment)
-    return result.metrics if result.track.stopped_at is None else None
-
-
 def cards(result: Result, settings: Settings) -> dict[str, list[str]]:
-    """Per metric its value, its change since the pin, and the tone of the change."""
+    """Per metric its value, its change since the last pin, and the tone of the change."""
     if result.track.stopped_at is not None:
         # Sums up to an arbitrary stop compare with nothing.
         return {name: ["–", "", ""] for name in CARDS}
     metrics = result.metrics.to_dict()
-    pinned = _pinned_metrics(settings.pin) if settings.pin else None
+    pin = last_pinned(settings)
+    pinned = metrics_of(pin) if pin is not None else None
     shown = {}
     for name in CARDS:
         change, tone = change_text(METRICS[name], metrics[name], getattr(pinned, name)) if pinned else ("", "")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,12 +12,13 @@ from layouts.desk import Desk, Plot
 from layouts.figures import poles, responses, stability_map, track
 from layouts.figures.handles import gains_handle, pole_handles, pole_text
 from layouts.filter_card import SLIDERS
+from layouts.pinned import last_pinned, merits_of
 from layouts.readouts import LEAST_DISTANCE
 from layouts.scenes import RegionPicture
 from layouts.shown import Shown
 from layouts.state import LIMIT_FIELDS, Settings
 from layouts.text import change_text, metric_text, significant
-from tracker_core import Experiment, InputError, Result, run_experiment
+from tracker_core import InputError, Result
 from tracker_core.consistency import average, error_squared, innovation_squared, model_covariance
 from tracker_core.merits import MERITS, merits
 from tracker_core.optimal import distance_from_optimal
@@ -48,15 +48,11 @@ SPACE = {
 }
 
 
-@lru_cache(maxsize=64)
-def _pinned(experiment: Experiment) -> dict[str, float | None]:
-    return merits(run_experiment(experiment).gains, experiment.interval)
-
-
 def cards(result: Result, settings: Settings) -> dict[str, list[str]]:
-    """Per figure of merit its value, its change since the pin or the limit it exceeds, and the tone of that."""
+    """Per figure of merit its value, its change since the last pin or the limit it exceeds, and the tone of that."""
     figures = merits(result.gains, settings.experiment.interval)
-    pinned = _pinned(settings.pin) if settings.pin else None
+    pin = last_pinned(settings)
+    pinned = merits_of(pin) if pin is not None else None
     limits = {LIMITED[name]: limit for name, limit in settings.limits.given().items()}
     shown = {}
     for name in CARDS:

@@ -1,0 +1,98 @@
+"""What a hand does with pins: keep the present filter, let one go, name it, make it the present one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any
+
+from layouts.pins import SLOTS, Pin, pin_of
+from layouts.rules import index_design
+from layouts.state import LINK_LIMIT, PRESENT, Settings, to_query
+from layouts.text import error_text
+from tracker_core import InputError
+
+Outcome = tuple[Settings, str]
+
+FULL = "Six filters are pinned at most:"
+
+
+def apply(settings: Settings, actions: Iterable[Any]) -> Outcome:
+    """Settings after some actions, each a list of its name and what it is about, and what there is to say of them.
+
+    An action that is none, or of a slot without a pin, does nothing. None is done that would make the link too long.
+    """
+    notes = []
+    for action in actions:
+        name, *about = action if isinstance(action, list) and action else [None]
+        if not isinstance(name, str) or name not in ACTIONS:
+            continue
+        after, note = ACTIONS[name](settings, *about[:2])
+        if len(after.pins) >= len(settings.pins) > 0 and len(to_query(after)) > LINK_LIMIT:
+            note = "That was not done: the link would grow beyond 2,000 characters."
+        else:
+            settings = after
+        notes.append(note)
+    return settings, " ".join(filter(None, notes))
+
+
+def add(settings: Settings, *_: Any) -> Outcome:
+    """The present filter becomes the last pin; the last of six makes room for it."""
+    return _added(settings, pin_of(0, settings.experiment))
+
+
+def _added(settings: Settings, pin: Pin) -> Outcome:
+    pins, note = list(settings.pins), ""
+    same = [other for other in pins if other.values == pin.values]
+    if same:
+        pins.remove(same[0])
+        return replace(settings, pins=(*pins, same[0])), ""
+    if len(pins) == len(SLOTS):
+        note = f"{FULL} {pins[-1].name} has made room."
+        slot = pins.pop().slot
+    else:
+        slot = min(set(SLOTS) - {other.slot for other in pins})
+    return replace(settings, pins=(*pins, replace(pin, slot=slot))), note
+
+
+def remove(settings: Settings, slot: Any = None, *_: Any) -> Outcome:
+    """One pin less; whoever was compared with it is compared with the present filter."""
+    view = settings.view
+    if view.reference == slot:
+        view = replace(view, reference=PRESENT)
+    return replace(settings, view=view, pins=tuple(pin for pin in settings.pins if pin.slot != slot)), ""
+
+
+def rename(settings: Settings, slot: Any = None, name: Any = "", *_: Any) -> Outcome:
+    """Another name for a pin; without one its usual name."""
+    return replace(settings, pins=tuple(pin.named(str(name)) if pin.slot == slot else pin for pin in settings.pins)), ""
+
+
+def use(settings: Settings, slot: Any = None, *_: Any) -> Outcome:
+    """A pinned filter becomes the present one; the pin stays."""
+    for pin in settings.pins:
+        if pin.slot == slot:
+            try:
+                return replace(settings, experiment=pin.on(settings.experiment)), ""
+            except InputError as error:
+                return settings, f"{pin.name} does not fit here: {error_text(error)}"
+    return settings, ""
+
+
+def start(settings: Settings, *_: Any) -> Outcome:
+    """Three filters of the present order to begin with: a constant memory, an optimal one, one that adapts."""
+    order, note = settings.experiment.order, ""
+    for values in (
+        {"design": "fading-memory", "xi": 0.8},
+        {"design": index_design(order), "tracking_index": 0.1},
+        {"design": "critically-damped-bank"},
+    ):
+        filtered = settings.experiment.with_filter({**values, "order": order})
+        settings, said = _added(settings, pin_of(0, filtered))
+        note = note or said
+    return settings, note
+
+
+ACTIONS: dict[str, Callable[..., Outcome]] = {
+    "add": add, "remove": remove, "rename": rename, "use": use, "start": start,
+}  # fmt: skip
