@@ -444,3 +444,58 @@ def test_the_program_refuses_with_status_two_and_one_line(line):
     done = program(*line.split())
     assert_refused((done.returncode, done.stdout, done.stderr))
     assert done.stderr.startswith("python -m tracker_core")
+
+
+# sweep -------------------------------------------------------------------------------------------------------------
+
+XI = ["sweep", "xi", "--samples", 50, "--runs", 4, "--from", 0.4, "--to", 0.8, "--points", 5]
+
+
+def test_sweep_prints_what_every_value_comes_to(call):
+    status, out, err = call(*XI, "--for", "tracking_rmse", "--json")
+    assert (status, err) == (0, "")
+    found = json.loads(out)
+    assert found["values"] == pytest.approx([0.4, 0.5, 0.6, 0.7, 0.8])
+    for value, mean in zip(found["values"], found["mean"], strict=True):
+        runs = [Experiment.from_dict({"samples": 50, "xi": value, "seed": seed}) for seed in range(1, 5)]
+        expected = np.mean([run_experiment(run).metrics.tracking_rmse for run in runs])
+        assert mean == pytest.approx(expected, rel=1e-11)
+    assert found["optimum"]["low"] <= found["optimum"]["value"] <= found["optimum"]["high"]
+    assert found["runs"] == 4
+    assert Experiment.from_dict(found["experiment"]).samples == 50
+
+
+def test_sweep_in_words(call):
+    status, out, _ = call(*XI)
+    assert status == 0
+    assert out.count("\n") == 1 + 5 + 2
+    assert out.splitlines()[-1].startswith("best: ξ = 0.")
+    assert out.splitlines()[-1].endswith("over 4 runs")
+
+
+def test_sweep_without_chance_has_no_interval(call):
+    status, out, _ = call("sweep", "xi", "--samples", 50, "--noise", "none", "--points", 5, "--json")
+    found = json.loads(out)
+    assert status == 0
+    assert found["runs"] == 1
+    assert set(found["low"]) == {None}
+    assert found["optimum"]["low"] is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["sweep", "speed"], "parameter must be one of alpha"),
+        (["sweep", "eta"], "parameter must be "),
+        ([*XI, "--runs", 10**9], "runs must be a whole number >= 1 and <= 10,000, got '1000000000'"),
+        ([*XI, "--points", 0], "points must be"),
+        ([*XI, "--from", "low"], "low must be a finite number, got 'low'"),
+        ([*XI, "--from", 0.9], "high must be > 0.9"),
+        ([*XI, "--for", "joy"], "objective must be one of"),
+        (["sweep", "xi", "--noise-weight", 2], "weight must be"),
+    ],
+)
+def test_sweep_refuses(call, arguments, message):
+    status, out, err = call(*arguments)
+    assert (status, out) == (2, "")
+    assert f"python -m tracker_core: {message}" in err

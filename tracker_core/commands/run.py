@@ -30,7 +30,7 @@ def add(commands: Commands) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    values = {**_file(options.experiment), **given(options, list(FIELDS))}
+    values = {**experiment_file(options.experiment), **given(options, list(FIELDS))}
     result = run_experiment(Experiment.from_dict(values))
     if options.out:
         with Path(options.out).open("w", encoding="utf-8", newline="") as stream:
@@ -38,7 +38,12 @@ def _run(options: argparse.Namespace) -> None:
     print_json(run_summary(result)) if options.json else _print_run(result)
 
 
-def _file(path: str | None) -> dict[str, Any]:
+def experiment_file(path: str | None) -> dict[str, Any]:
+    """The fields of an experiment that a file holds as a JSON object; none without a file.
+
+    Raises:
+        InputError: for a file that holds something else.
+    """
     if path is None:
         return {}
     try:
