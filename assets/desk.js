@@ -41,6 +41,9 @@
         made.setAttribute("role", "switch");
         // Its label stands beside it.
         made.removeAttribute("aria-label");
+      } else if (input === "radio") {
+        Object.assign(made, { type: "radio", name: `${page.name}-${control}`, value: place.dataset.value });
+        made.removeAttribute("aria-label");
       } else {
         Object.assign(made, { type: "text", inputMode: "decimal", autocomplete: "off", spellcheck: false });
       }
@@ -94,6 +97,7 @@
       field.dataset.shown = field.value;
       if (field.type === "text" && typeof value === "number") field.title = String(value);
     }
+    if (!field) for (const radio of all(`[name="${page.name}-${name}"]`)) radio.checked = radio.value === value;
     const number = Number(value);
     if (slider && value !== "" && Number.isFinite(number)) {
       if (slider !== from) slider.value = Math.round(valueToTravel(name, number) * STEPS);
@@ -134,7 +138,7 @@
     }
   }
 
-  // Rows of a table whose place is on the page: a cell is a text, or a text and its tone.
+  // Rows of a table whose place is on the page: a cell is a text, a text and its tone, or a button that sets controls.
   function showRows(tables) {
     for (const [name, rows] of Object.entries(tables)) {
       const body = element(name);
@@ -149,7 +153,8 @@
             ...cells.map((content, i) => {
               const cell = document.createElement(i ? "td" : "th");
               if (!i) cell.scope = "row";
-              [cell.textContent, cell.dataset.tone] = Array.isArray(content) ? content : [content, ""];
+              if (content && content.controls) cell.append(setter(content));
+              else [cell.textContent, cell.dataset.tone] = Array.isArray(content) ? content : [content, ""];
               return cell;
             }),
           );
@@ -157,6 +162,14 @@
         }),
       );
     }
+  }
+
+  function setter({ text: said, label, controls }) {
+    const button = Object.assign(document.createElement("button"), { type: "button", className: "quiet" });
+    button.textContent = said;
+    button.setAttribute("aria-label", label);
+    button.dataset.controls = JSON.stringify(controls);
+    return button;
   }
 
   // A button that sets controls, such as the way back into the stable region.
@@ -552,7 +565,7 @@
   document.addEventListener("change", (event) => {
     const target = event.target;
     if (!onPage(target) || !target.dataset.control) return;
-    if (target.tagName === "SELECT") edit(target.dataset.control, target.value, target);
+    if (target.tagName === "SELECT" || target.type === "radio") edit(target.dataset.control, target.value, target);
     else if (target.type === "checkbox") edit(target.dataset.control, target.checked ? "on" : "off", target);
     else if (target.type === "text") commit(target);
   });

@@ -170,6 +170,30 @@ def switch_field(page: str, name: str, label: str, sentence: str) -> Component:
     )
 
 
+def choice_field(page: str, name: str, label: str, options: Sequence[tuple[str, str]]) -> Component:
+    """One of a few choices that all stand there: native radio buttons in a row.
+
+    Args:
+        page: prefix of the ids.
+        name: of the control.
+        label: what is chosen.
+        options: value and title of every choice.
+    """
+    parts: list[Component] = [html.Legend(label, className="visually-hidden")]
+    for value, title in options:
+        place = {"input": "radio", "id": f"{page}-{name}-{value}", "control": name, "label": title, "value": value}
+        parts.append(
+            html.Div(
+                [
+                    html.Div(className="placeholder", **{f"data-{key}": said for key, said in place.items()}),
+                    html.Label(title, htmlFor=f"{page}-{name}-{value}"),
+                ],
+                className="choice",
+            )
+        )
+    return html.Fieldset([*parts, error_line(page, name)], className=f"choices field-{name}")
+
+
 def metric_card(name: str, title: str, sentence: str) -> Component:
     """A figure of merit, filled in by the page's script: value, and change since the last pin."""
     return html.Div(

@@ -14,6 +14,7 @@ from layouts.pinning import apply as pinning_done
 from layouts.pins import read_pins
 from layouts.rules import OWN_VIEW, STEADY, Draft, number, preset_keys, presets
 from layouts.state import LIMIT_FIELDS, SWITCH, VIEW_FIELDS, Settings, View, plane_name, read_limits, read_view
+from layouts.tuning import follow, read_tuning, tuning_controls
 from tracker_core import SCENARIOS, Experiment, Gains, InputError, run_experiment
 from tracker_core.adaptive import METHODS
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
@@ -86,6 +87,7 @@ def controls_of(settings: Settings) -> dict[str, Any]:
     controls["beside"] = SWITCH[settings.view.beside]
     controls["reference"] = settings.view.reference
     controls["compared"] = settings.view.compared
+    controls |= tuning_controls(settings.view.tuning, experiment)
     controls.update(dict.fromkeys(LIMIT_FIELDS, "") | settings.limits.given())
     controls["responsiveness"] = responsiveness(experiment, gains)
     return controls
@@ -146,9 +148,10 @@ def resolve(
         pins: the pinned filters, pairs of slot and text.
         pinning: what is done with them once everything else is done: see `layouts.pinning`.
     """
+    moved = list(dict.fromkeys(changed))
     draft = Draft(
         {str(name): _tame(name, value) for name, value in controls.items()},
-        list(dict.fromkeys(changed)),
+        list(moved),
         lambda experiment: controls_of(Settings(experiment)),
     )
     pinning = list(pinning)
@@ -157,9 +160,12 @@ def resolve(
     except InputError as error:
         return _refused(draft, [error], pinning)
     experiment, errors = read_experiment(draft.experiment_values())
+    if experiment is not None:
+        follow(draft.controls, moved)
     limits, wrong_limits = read_limits(draft.controls)
-    if experiment is None or wrong_limits:
-        return _refused(draft, [*errors, *wrong_limits], pinning)
+    wrong = [*wrong_limits, *read_tuning(draft.controls)[1]]
+    if experiment is None or wrong:
+        return _refused(draft, [*errors, *wrong], pinning)
     view_values = {name: draft.controls.get(name) for name in VIEW_FIELDS}
     if draft.new_target:
         view_values = {name: view_values[name] for name in OWN_VIEW}

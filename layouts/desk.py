@@ -60,7 +60,7 @@ class Desk:
         plots: by id.
         tables: by id of the place they are put into; made only while they are looked at.
         report: what the page says beside what every page says (see `readouts.common_report`): `texts`, `cards`,
-            `rows` of tables, draggable `handles` per plot, an `offer`.
+            `rows` of tables, draggable `handles` per plot, an `offer`, choices that menus `offers`, `fields` shown.
         sliders: what its sliders span.
         scene: shows a run in the page's scene in three dimensions; None where it has none.
     """
@@ -251,7 +251,8 @@ def _report(desk: Desk, request: Mapping[str, Any], resolution: Resolution, show
         desk.scene(shown)
     rest = common_report(shown.result, shown.settings, live=shown.live)
     own = desk.report(shown)
-    rest["texts"] |= own.pop("texts", {})
+    for part in ("texts", "offers", "fields"):
+        rest[part] |= own.pop(part, {})
     return {
         "seq": request["seq"],
         "ok": True,

@@ -10,6 +10,7 @@ from typing import Any
 
 from layouts.fitting import fit, value_of
 from layouts.state import LIMIT_FIELDS, plane_name
+from layouts.tuning import TUNING_FIELDS
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment, InputError
 from tracker_core.adaptive import METHODS
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
@@ -29,7 +30,7 @@ SHARE = Domain(0, 1)
 OF_THE_MOMENT = ("point", "pole")
 """What a hand drags: it sets gains, and has no value of its own afterwards."""
 
-OWN_VIEW = ("exaggerate", "plane", "background", "input", "beside", "reference", "compared")
+OWN_VIEW = ("exaggerate", "plane", "background", "input", "beside", "reference", "compared", *TUNING_FIELDS)
 """What of the view has nothing to do with the target."""
 
 KEPT = (*OWN_VIEW, *LIMIT_FIELDS, "preset")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 from urllib.parse import urlencode
 
 from layouts.pins import SLOTS, Pin, read_pin
+from layouts.tuning import TUNING_FIELDS, Tuning, read_tuning, tuning_query
 from tracker_core import SCENARIOS, Experiment, InputError
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.checks import Domain, check_choice
@@ -25,6 +26,7 @@ PRESENT = 0
 ERROR_KINDS = ("tracking", "estimation", "innovation")
 VIEW_FIELDS = (
     "axis", "quantity", "exaggerate", "at", "plane", "background", "input", "beside", "reference", "compared",
+    *TUNING_FIELDS,
 )  # fmt: skip
 SWITCH = ("off", "on")
 LIMIT_FIELDS = ("limit_noise", "limit_lag", "limit_overshoot", "limit_settling")
@@ -46,6 +48,7 @@ class View:
         beside: whether the causal counterpart of a method that looks in hindsight is shown beside it.
         reference: slot of the pin that all others are compared with; PRESENT for the present filter.
         compared: which error is shown over time, one of ERROR_KINDS.
+        tuning: what is tuned, and what for.
     """
 
     axis: int = 0
@@ -58,6 +61,7 @@ class View:
     beside: bool = False
     reference: int = PRESENT
     compared: str = "estimation"
+    tuning: Tuning = field(default_factory=Tuning)
 
     def cursor(self, samples: int) -> int:
         """The sample looked at, within a run of that length."""
@@ -125,6 +129,7 @@ def to_query(settings: Settings) -> str:
         values["input"] = view.input
     if view.beside:
         values["beside"] = SWITCH[True]
+    values |= tuning_query(view.tuning)
     values |= {name: repr(value) for name, value in settings.limits.given().items()}
     if view.reference != usual.reference:
         values["reference"] = str(view.reference)
@@ -215,7 +220,8 @@ def read_view(values: Mapping[str, Any], experiment: Experiment) -> tuple[View, 
             view = replace(view, **{name: read(values[name])})
         except InputError as error:
             errors.append(error)
-    return view, errors
+    tuning, wrong = read_tuning(values)
+    return replace(view, tuning=tuning.fitted(experiment)), errors + wrong
 
 
 def read_limits(values: Mapping[str, Any]) -> tuple[Limits, list[InputError]]:

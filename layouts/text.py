@@ -21,6 +21,15 @@ LABELS = {
     "limit_settling": "Longest settling",
     "point": "The point",
     "pole": "The pole",
+    "tune_for": "What is tuned for",
+    "against": "What is varied",
+    "from": "The first value",
+    "to": "The last value",
+    "points": "Values",
+    "cells": "Cells a side",
+    "tune_runs": "Runs",
+    "noise_weight": "The weight of the noise",
+    "plane": "The plane",
 }
 """What is called by another name than its control."""
 

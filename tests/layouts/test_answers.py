@@ -10,8 +10,9 @@ from dash import no_update
 from dash.development.base_component import Component
 
 from layouts.desk import answer
-from layouts.pages.explore.answers import CARDS, DESK, NUMBERS
+from layouts.pages.explore.answers import DESK, NUMBERS
 from layouts.readouts import formula_text, offers, owned
+from layouts.run_cards import CARDS
 from layouts.state import View, from_query
 from layouts.text import change_text, metric_text, significant
 from tracker_core import DESIGNS, METRICS, SCENARIOS, Experiment, run_experiment

@@ -16,11 +16,12 @@ from layouts.desk import answer
 from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.pages.track.answers import DESK as TRACK
+from layouts.pages.tune.answers import DESK as TUNE
 from layouts.state import View
 from tracker_core import Experiment
 
 ROOT = Path(__file__).parents[2]
-DESKS = (EXPLORE, STABILITY, TRACK)
+DESKS = (EXPLORE, STABILITY, TRACK, TUNE)
 ON_EVERY_PAGE = pytest.mark.parametrize("desk", DESKS, ids=lambda desk: desk.page)
 
 

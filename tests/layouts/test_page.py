@@ -16,13 +16,15 @@ from layouts.components import select_field, table
 from layouts.desk import answer, beginning, live_answer
 from layouts.figures.handles import gains_handle, pole_handles
 from layouts.filter_card import SLIDERS
-from layouts.pages import explore, stability, track
-from layouts.pages.explore.answers import CARDS as EXPLORE_CARDS
+from layouts.pages import explore, stability, track, tune
 from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import CARDS as STABILITY_CARDS
 from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.pages.track.answers import DESK as TRACK
+from layouts.pages.tune.answers import DESK as TUNE
+from layouts.pages.tune.content import PLOT as STUDY_PLOT
 from layouts.rules import SHARE
+from layouts.run_cards import CARDS as RUN_CARDS
 from layouts.shell import frame
 from layouts.state import BACKGROUNDS, EXAGGERATIONS, INPUTS
 from tracker_core import CONVENTIONS, DESIGNS, METRICS, SCENARIOS, Gains
@@ -59,8 +61,8 @@ def attribute(part, name):
     return part.to_plotly_json()["props"].get(name)
 
 
-PAGES = (explore, stability, track)
-DESKS = {"explore": EXPLORE, "stability": STABILITY, "track": TRACK}
+PAGES = (explore, stability, track, tune)
+DESKS = {"explore": EXPLORE, "stability": STABILITY, "track": TRACK, "tune": TUNE}
 ON_EVERY_PAGE = pytest.mark.parametrize("name", DESKS)
 
 
@@ -160,7 +162,8 @@ def test_page_and_answers_agree_on_the_plots(name):
 
 @ON_EVERY_PAGE
 def test_the_answer_says_all_that_the_script_reads(controls_for, request_for, name):
-    read = set(re.findall(r"\banswer\.(\w+)", script("desk.js")))
+    scripts = script("desk.js") + (script("tune.js") if name == "tune" else "")
+    read = set(re.findall(r"\banswer\.(\w+)", scripts))
     question = request_for(controls_for())
     given_slow, given_live = set(answer(DESKS[name], question)[1]), set(live_answer(DESKS[name], question)[0])
     assert {"controls", "texts", "link", "handles", "offer"} <= read
@@ -187,7 +190,7 @@ def test_the_script_knows_how_each_slider_stands(controls_for, request_for):
     assert states == set(re.findall(r"(\w+):", words))
 
 
-CARDS = {"explore": EXPLORE_CARDS, "stability": STABILITY_CARDS, "track": ()}
+CARDS = {"explore": RUN_CARDS, "stability": STABILITY_CARDS, "track": (), "tune": RUN_CARDS}
 
 
 @ON_EVERY_PAGE
@@ -200,12 +203,14 @@ def test_every_card_and_every_menu_offered_is_on_the_page(controls_for, request_
     assert set(rest["offers"]) <= set(menus)
     for rows in rest["rows"]:
         assert type(part_with(name, "id", f"{name}-{rows}")).__name__ == "Tbody"
-    assert set(rest["handles"]) <= set(DESKS[name].plots)
+    assert set(rest["handles"]) <= {*DESKS[name].plots, *(found for found in ids_of(name) if found == STUDY_PLOT)}
 
 
 def test_every_text_of_an_answer_has_a_place_and_every_place_a_text(controls_for, request_for):
     """An empty element with an id waits for something: a text of the answer, or one that the script makes."""
     said, waiting = set(), set()
+    # A study fills in places of its own: its texts, its plot, how far it has come.
+    of_study = {"best", "cost", "runs", "plot", "study-text"}
     for name, desk in DESKS.items():
         texts = set(answer(desk, request_for(controls_for()))[1]["texts"])
         said |= texts
@@ -214,7 +219,7 @@ def test_every_text_of_an_answer_has_a_place_and_every_place_a_text(controls_for
                 place = attribute(part, "id").removeprefix(f"{name}-")
                 if getattr(part, "children", None) is None and place not in {t.partition("-")[2] for t in desk.tables}:
                     waiting.add(place)
-                    assert place in texts | {"note", "live"} or place.endswith(("-error", "-owner")), place
+                    assert place in texts | {"note", "live"} | of_study or place.endswith(("-error", "-owner")), place
     assert said <= waiting
 
 
@@ -261,10 +266,11 @@ def test_every_placeholder_becomes_an_input_of_a_control(name):
     for part in places:
         control = attribute(part, "data-control")
         assert control in beginning_of(name)["controls"]
-        ending = {"box": "", "switch": "", "slider": "-slider"}[attribute(part, "data-input")]
+        kind = attribute(part, "data-input")
+        ending = {"box": "", "switch": "", "slider": "-slider", "radio": f"-{attribute(part, 'data-value')}"}[kind]
         assert attribute(part, "data-id") == f"{name}-{control}{ending}"
         # What the script finds the travel of a slider by.
-        assert ending == "" or control in {*SLIDERS, "at"}
+        assert kind != "slider" or control in {*beginning_of(name)["sliders"], "at"}
     for part in parts_of(name):
         if type(part).__name__ == "Select" and attribute(part, "data-control"):
             assert attribute(part, "id") == f"{name}-{attribute(part, 'data-control')}"
@@ -407,7 +413,7 @@ def test_the_frame_holds_the_page_and_the_buttons(dash_app):
 def test_every_page_can_be_gone_to(dash_app):
     links = [part for part in walk(frame()) if type(part).__name__ == "Link"]
     assert [(text_of(link), attribute(link, "href")) for link in links] == [
-        ("Explore", "/"), ("Stability", "/stability"), ("3-D", "/3d"), ("Papers", "/papers"),
+        ("Explore", "/"), ("Stability", "/stability"), ("Tune", "/tune"), ("3-D", "/3d"), ("Papers", "/papers"),
     ]  # fmt: skip
     for link in links:
         # What the script finds them by, so that those of pages with a filter carry the present one.

@@ -66,7 +66,8 @@ def test_every_token_of_the_sources_exists_and_none_is_idle():
     assert {"surface", "marker", "observed"} <= named <= set(tokens("light"))
     # Of every kind of line its own colour, and with an ending: tokens(theme)[f"{kind}-faint"].
     endings = {"", *re.findall(r"\[f\"\{kind\}(-[\w-]+)\"\]", python)}
-    used = named | set(re.findall(r"var\(--([\w-]+)", STYLES)) | {kind + ending for kind in LINES for ending in endings}
+    used = named | set(re.findall(r"var\(--([\w-]+)", STYLES))
+    used |= {kind + ending for kind in (*LINES, "observed") for ending in endings}
     # The colours of the design curves by number.
     used |= {f"curve-{number}" for number in range(1, 5) if 't[f"curve-{index % 4 + 1}"]' in python}
     assert set(tokens("light")) - used == set()

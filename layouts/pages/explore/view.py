@@ -8,7 +8,8 @@ from dash.development.base_component import Component
 from layouts.components import filled_table, plot_card, sample_cursor, select_field, tip
 from layouts.desk import stores
 from layouts.filter_card import filter_card, metrics_card, status_row, target_card
-from layouts.pages.explore.answers import CARDS, COMPARED, DESK, NUMBERS
+from layouts.pages.explore.answers import COMPARED, DESK, NUMBERS
+from layouts.run_cards import CARDS
 from layouts.state import EXAGGERATIONS
 from tracker_core import METRICS, SCENARIOS
 from tracker_core.types import STATE_NAMES

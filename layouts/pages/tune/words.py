@@ -1,0 +1,107 @@
+"""What a study has found, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import floor, isfinite, log10
+
+from layouts.figures.tuning.look import name_of
+from layouts.text import significant
+from tracker_core import Gains
+from tracker_core.fields import FIELDS
+from tracker_core.statistics import Interval, mean_interval
+from tracker_core.tuning import PARAMETERS, SweepOutcome
+from tracker_core.types import GAIN_NAMES, FloatArray
+
+NOTHING = 0.05
+"""A change of fewer percent is none."""
+
+
+def runs_text(complete: int, wanted: int) -> str:
+    """How many runs are in what is shown."""
+    if complete < wanted:
+        return f"{complete:,} of {wanted:,} runs"
+    return "1 run" if wanted == 1 else f"{wanted:,} runs"
+
+
+def number(value: float, low: float, high: float) -> tuple[str, str, str]:
+    """A number and its interval, with as many digits as the interval leaves certain, and one more."""
+    digits = 4
+    if isfinite(low) and high > low and value:
+        digits = min(7, max(3, floor(log10(abs(value))) - floor(log10(high - low)) + 2))
+    return significant(value, digits), significant(low, digits), significant(high, digits)
+
+
+def symbol_of(parameter: str) -> str:
+    """The symbol of a parameter in plain text."""
+    return PARAMETERS[parameter].symbol.replace("_", "")
+
+
+def score_text(objective: str, score: Interval) -> str:
+    """An objective with its interval."""
+    mean, low, high = number(score.mean, score.low, score.high)
+    name = name_of(objective)
+    said = f"{name[0].lower()}{name[1:]} {mean} m"
+    return f"{said} ({low} to {high})" if isfinite(score.low) else said
+
+
+def best_value_text(outcome: SweepOutcome) -> str:
+    """The best value of a sweep with its interval, and the score there."""
+    sweep, best = outcome.sweep, outcome.optimum()
+    parameter = PARAMETERS[sweep.parameter]
+    if not isfinite(best.value):
+        return "No value that was looked at gives a stable filter whose runs went to the end."
+    value, low, high = number(best.value, best.low, best.high)
+    unit = f" {parameter.unit}" if parameter.unit else ""
+    said = f"Best: {symbol_of(sweep.parameter)} = {value}{unit}"
+    said += f" (95 %: {low} to {high})" if isfinite(best.low) and best.high > best.low else ""
+    if best.at_edge:
+        side = "first" if best.index == 0 else "last"
+        said += f", the {side} value that was looked at"
+    return f"{said}: {score_text(sweep.objective, best.score)}"
+
+
+def gains_text(gains: Gains) -> str:
+    """Gains in their convention."""
+    pairs = zip(GAIN_NAMES, gains.values, strict=False)
+    return ", ".join(f"{FIELDS[name].symbol} = {significant(value, 3)}" for name, value in pairs)
+
+
+def gain_text(best: FloatArray, present: FloatArray | None) -> str:
+    """How much less the best filter has than the present one, in percent, with the interval of the paired runs.
+
+    Args:
+        best, present: their scores in the same runs, shape (runs,).
+    """
+    if present is None or len(present) != len(best):
+        return ""
+    mean, width = map(float, mean_interval(100 * (present - best) / present.mean()))
+    if not isfinite(mean):
+        return ""
+    if abs(mean) < NOTHING:
+        return ", the same as with the present gains"
+    interval = f" ({significant(mean - width, 2)} to {significant(mean + width, 2)})" if isfinite(width) else ""
+    more = "less" if mean > 0 else "more"
+    return f", {significant(abs(mean), 2)} %{interval if mean > 0 else ''} {more} than with the present gains"
+
+
+def cost_text(found: Sequence[str], cost: Interval, runs: int) -> str:
+    """What not knowing the truth costs.
+
+    Args:
+        found: what is best without and with the truth, in words.
+        cost: percent of the judge's own best.
+        runs: in which both were tried.
+    """
+    if not isfinite(cost.mean):
+        return ""
+    blind, knowing = found
+    if blind == knowing or not cost.mean:
+        return f"Tuned on the truth it would be the same, {knowing}: not knowing the truth costs nothing here."
+    said = f"Tuned on the truth it would be {knowing}"
+    if abs(cost.mean) < NOTHING:
+        return f"{said}; not knowing it costs next to nothing: less than {NOTHING} % of estimation RMSE."
+    interval = (
+        f" ({significant(cost.low, 2)} to {significant(cost.high, 2)})" if runs > 1 and isfinite(cost.low) else ""
+    )
+    return f"{said}; not knowing it costs {significant(cost.mean, 2)} %{interval} of estimation RMSE."
