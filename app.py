@@ -19,7 +19,7 @@ from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 
 from layouts import shell
-from layouts.pages import explore, papers, stability, track, tune
+from layouts.pages import compare, explore, papers, stability, track, tune
 from layouts.scenes import Scenes
 from layouts.services import Services
 from layouts.studies import Studies
@@ -31,7 +31,7 @@ from tracker_core.starts import STARTS
 from tracker_core.types import ORDERS
 
 ROOT = Path(__file__).parent
-PAGES = (explore, stability, tune, track, papers)
+PAGES = (explore, stability, tune, compare, track, papers)
 PORT = Domain(1, 65535, whole=True)
 
 READY = threading.Event()

@@ -97,7 +97,7 @@
       field.dataset.shown = field.value;
       if (field.type === "text" && typeof value === "number") field.title = String(value);
     }
-    if (!field) for (const radio of all(`[name="${page.name}-${name}"]`)) radio.checked = radio.value === value;
+    if (!field) for (const radio of all(`[name="${page.name}-${name}"]`)) radio.checked = radio.value === String(value);
     const number = Number(value);
     if (slider && value !== "" && Number.isFinite(number)) {
       if (slider !== from) slider.value = Math.round(valueToTravel(name, number) * STEPS);
@@ -138,7 +138,8 @@
     }
   }
 
-  // Rows of a table whose place is on the page: a cell is a text, a text and its tone, or a button that sets controls.
+  // Rows of a table whose place is on the page: a cell is a text, a text with its tone and perhaps a line below it, or a
+  // button that sets controls.
   function showRows(tables) {
     for (const [name, rows] of Object.entries(tables)) {
       const body = element(name);
@@ -153,8 +154,13 @@
             ...cells.map((content, i) => {
               const cell = document.createElement(i ? "td" : "th");
               if (!i) cell.scope = "row";
-              if (content && content.controls) cell.append(setter(content));
-              else [cell.textContent, cell.dataset.tone] = Array.isArray(content) ? content : [content, ""];
+              if (content && content.controls) {
+                cell.append(setter(content));
+              } else {
+                const [said, tone, below] = Array.isArray(content) ? content : [content, ""];
+                [cell.textContent, cell.dataset.tone] = [said, tone];
+                if (below) cell.append(Object.assign(document.createElement("div"), { className: "below", textContent: below }));
+              }
               return cell;
             }),
           );
@@ -584,11 +590,11 @@
 
   document.addEventListener("keydown", (event) => {
     const target = event.target;
-    if (!onPage(target) || target.type !== "text") return;
+    if (!onPage(target) || target.type !== "text" || !target.dataset.control) return;
     if (event.key === "Enter") {
       event.preventDefault();
       commit(target);
-    } else if ((event.key === "ArrowUp" || event.key === "ArrowDown") && target.dataset.control) {
+    } else if (event.key === "ArrowUp" || event.key === "ArrowDown") {
       event.preventDefault();
       nudge(target, event.key === "ArrowUp" ? 1 : -1);
     }
@@ -715,6 +721,7 @@
     desk: {
       edit,
       editAll,
+      pinning,
       text,
       showRows,
       // What a page shows beside its plots follows the page's own script.

@@ -226,13 +226,13 @@ def table(caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> C
     )
 
 
-def filled_table(body_id: str, caption: str, head: Sequence[str]) -> Component:
-    """A table whose rows the page's script fills in with every answer."""
+def filled_table(body_id: str, caption: str, head: Sequence[str | Component]) -> Component:
+    """A table whose rows the page's script fills in with every answer; a heading may be a cell that is made already."""
     return html.Div(
         html.Table(
             [
                 html.Caption(caption),
-                html.Thead(html.Tr([html.Th(cell, scope="col") for cell in head])),
+                html.Thead(html.Tr([html.Th(cell, scope="col") if isinstance(cell, str) else cell for cell in head])),
                 html.Tbody(id=body_id),
             ]
         ),

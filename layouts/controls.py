@@ -10,6 +10,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from layouts.comparing import comparing_controls, read_comparing
 from layouts.pinning import apply as pinning_done
 from layouts.pins import read_pins
 from layouts.rules import OWN_VIEW, STEADY, Draft, number, preset_keys, presets
@@ -85,8 +86,7 @@ def controls_of(settings: Settings) -> dict[str, Any]:
     controls["background"] = settings.view.background
     controls["input"] = settings.view.input
     controls["beside"] = SWITCH[settings.view.beside]
-    controls["reference"] = settings.view.reference
-    controls["compared"] = settings.view.compared
+    controls |= comparing_controls(settings.view.comparing)
     controls |= tuning_controls(settings.view.tuning, experiment)
     controls.update(dict.fromkeys(LIMIT_FIELDS, "") | settings.limits.given())
     controls["responsiveness"] = responsiveness(experiment, gains)
@@ -163,7 +163,7 @@ def resolve(
     if experiment is not None:
         follow(draft.controls, moved)
     limits, wrong_limits = read_limits(draft.controls)
-    wrong = [*wrong_limits, *read_tuning(draft.controls)[1]]
+    wrong = [*wrong_limits, *read_comparing(draft.controls)[1], *read_tuning(draft.controls)[1]]
     if experiment is None or wrong:
         return _refused(draft, [*errors, *wrong], pinning)
     view_values = {name: draft.controls.get(name) for name in VIEW_FIELDS}

@@ -60,7 +60,8 @@ class Desk:
         plots: by id.
         tables: by id of the place they are put into; made only while they are looked at.
         report: what the page says beside what every page says (see `readouts.common_report`): `texts`, `cards`,
-            `rows` of tables, draggable `handles` per plot, an `offer`, choices that menus `offers`, `fields` shown.
+            `rows` of tables, draggable `handles` per plot, an `offer`, choices that menus `offers`, `fields` shown, the
+            `filters` that are compared.
         sliders: what its sliders span.
         scene: shows a run in the page's scene in three dimensions; None where it has none.
     """
@@ -262,6 +263,7 @@ def _report(desk: Desk, request: Mapping[str, Any], resolution: Resolution, show
         "cards": {},
         "rows": {},
         "handles": {},
+        "filters": [],
         **rest,
         **own,
     }

@@ -2,11 +2,52 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
+from layouts.comparing import PRESENT
+from layouts.pins import filter_name
 from layouts.state import Settings
-from tracker_core import Experiment, InputError, Metrics, run_experiment
+from layouts.text import error_text
+from tracker_core import Experiment, InputError, Metrics, Result, run_experiment
 from tracker_core.merits import merits
+from tracker_core.run import CACHED_SAMPLES
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A filter that is compared with others.
+
+    Attributes:
+        slot: of the pin; PRESENT for the present filter.
+        name: what it is called.
+        experiment: its run; None where it does not fit the present target.
+        reason: why it does not, in a sentence; else empty.
+    """
+
+    slot: int
+    name: str
+    experiment: Experiment | None
+    reason: str = ""
+
+
+def candidates(settings: Settings) -> list[Candidate]:
+    """The present filter, then the pinned ones by slot."""
+    present = settings.experiment
+    found = [Candidate(PRESENT, filter_name(present.filter_values()), present)]
+    for pin in sorted(settings.pins, key=lambda pin: pin.slot):
+        try:
+            found.append(Candidate(pin.slot, pin.name, pin.on(present)))
+        except InputError as error:
+            found.append(Candidate(pin.slot, pin.name, None, error_text(error)))
+    return found
+
+
+def reference_of(settings: Settings) -> int:
+    """Slot of the filter that the others are compared with: the chosen one, if it runs, else the present one."""
+    chosen = settings.view.comparing.reference
+    runs = {candidate.slot for candidate in candidates(settings) if candidate.experiment is not None}
+    return chosen if chosen in runs else PRESENT
 
 
 def last_pinned(settings: Settings) -> Experiment | None:
@@ -17,14 +58,33 @@ def last_pinned(settings: Settings) -> Experiment | None:
         return None
 
 
+def pinned_runs(settings: Settings) -> list[tuple[Candidate, Result]]:
+    """Every pinned filter that fits, by slot, with its run."""
+    return [
+        (candidate, result_of(candidate.experiment))
+        for candidate in candidates(settings)[1:]
+        if candidate.experiment is not None
+    ]
+
+
+def result_of(experiment: Experiment) -> Result:
+    """The run of a pinned filter; short ones are remembered, since a slider moves none of them."""
+    return _remembered(experiment) if experiment.samples <= CACHED_SAMPLES else run_experiment(experiment)
+
+
+@lru_cache(maxsize=32)
+def _remembered(experiment: Experiment) -> Result:
+    return run_experiment(experiment)
+
+
 @lru_cache(maxsize=256)
 def metrics_of(experiment: Experiment) -> Metrics | None:
     """How good a run is; None if it was stopped."""
-    result = run_experiment(experiment)
+    result = result_of(experiment)
     return result.metrics if result.track.stopped_at is None else None
 
 
 @lru_cache(maxsize=256)
 def merits_of(experiment: Experiment) -> dict[str, float | None]:
     """What its gains buy."""
-    return merits(run_experiment(experiment).gains, experiment.interval)
+    return merits(result_of(experiment).gains, experiment.interval)

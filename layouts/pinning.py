@@ -6,9 +6,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
+from layouts.comparing import PRESENT
 from layouts.pins import SLOTS, Pin, pin_of
 from layouts.rules import index_design
-from layouts.state import LINK_LIMIT, PRESENT, Settings, to_query
+from layouts.state import LINK_LIMIT, Settings, to_query
 from layouts.text import error_text
 from tracker_core import InputError
 
@@ -58,8 +59,8 @@ def _added(settings: Settings, pin: Pin) -> Outcome:
 def remove(settings: Settings, slot: Any = None, *_: Any) -> Outcome:
     """One pin less; whoever was compared with it is compared with the present filter."""
     view = settings.view
-    if view.reference == slot:
-        view = replace(view, reference=PRESENT)
+    if view.comparing.reference == slot:
+        view = replace(view, comparing=replace(view.comparing, reference=PRESENT))
     return replace(settings, view=view, pins=tuple(pin for pin in settings.pins if pin.slot != slot)), ""
 
 
@@ -83,7 +84,7 @@ def start(settings: Settings, *_: Any) -> Outcome:
     """Three filters of the present order to begin with: a constant memory, an optimal one, one that adapts."""
     order, note = settings.experiment.order, ""
     for values in (
-        {"design": "fading-memory", "xi": 0.8},
+        {"design": "fading-memory", "xi": 0.5},
         {"design": index_design(order), "tracking_index": 0.1},
         {"design": "critically-damped-bank"},
     ):

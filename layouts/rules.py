@@ -8,6 +8,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any
 
+from layouts.comparing import COMPARING_FIELDS
 from layouts.fitting import fit, value_of
 from layouts.state import LIMIT_FIELDS, plane_name
 from layouts.tuning import TUNING_FIELDS
@@ -30,7 +31,7 @@ SHARE = Domain(0, 1)
 OF_THE_MOMENT = ("point", "pole")
 """What a hand drags: it sets gains, and has no value of its own afterwards."""
 
-OWN_VIEW = ("exaggerate", "plane", "background", "input", "beside", "reference", "compared", *TUNING_FIELDS)
+OWN_VIEW = ("exaggerate", "plane", "background", "input", "beside", *COMPARING_FIELDS, *TUNING_FIELDS)
 """What of the view has nothing to do with the target."""
 
 KEPT = (*OWN_VIEW, *LIMIT_FIELDS, "preset")

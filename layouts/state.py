@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 from urllib.parse import urlencode
 
+from layouts.comparing import COMPARING_FIELDS, Comparing, comparing_query, read_comparing
 from layouts.pins import SLOTS, Pin, read_pin
 from layouts.tuning import TUNING_FIELDS, Tuning, read_tuning, tuning_query
 from tracker_core import SCENARIOS, Experiment, InputError
@@ -20,13 +21,8 @@ LINK_LIMIT = 2_000
 EXAGGERATIONS = ("1", "2", "5", "10", "20", "50", "100")
 BACKGROUNDS = ("none", "noise", "lag")
 INPUTS = ("step", "ramp", "parabola")
-PRESENT = 0
-"""Where a slot of a pin may stand: the present filter."""
-
-ERROR_KINDS = ("tracking", "estimation", "innovation")
 VIEW_FIELDS = (
-    "axis", "quantity", "exaggerate", "at", "plane", "background", "input", "beside", "reference", "compared",
-    *TUNING_FIELDS,
+    "axis", "quantity", "exaggerate", "at", "plane", "background", "input", "beside", *COMPARING_FIELDS, *TUNING_FIELDS,
 )  # fmt: skip
 SWITCH = ("off", "on")
 LIMIT_FIELDS = ("limit_noise", "limit_lag", "limit_overshoot", "limit_settling")
@@ -46,8 +42,7 @@ class View:
         background: what the map shows behind the region, one of BACKGROUNDS.
         input: what the time responses answer to, one of INPUTS.
         beside: whether the causal counterpart of a method that looks in hindsight is shown beside it.
-        reference: slot of the pin that all others are compared with; PRESENT for the present filter.
-        compared: which error is shown over time, one of ERROR_KINDS.
+        comparing: what filters are compared by.
         tuning: what is tuned, and what for.
     """
 
@@ -59,8 +54,7 @@ class View:
     background: str = "none"
     input: str = "step"
     beside: bool = False
-    reference: int = PRESENT
-    compared: str = "estimation"
+    comparing: Comparing = field(default_factory=Comparing)
     tuning: Tuning = field(default_factory=Tuning)
 
     def cursor(self, samples: int) -> int:
@@ -131,10 +125,7 @@ def to_query(settings: Settings) -> str:
         values["beside"] = SWITCH[True]
     values |= tuning_query(view.tuning)
     values |= {name: repr(value) for name, value in settings.limits.given().items()}
-    if view.reference != usual.reference:
-        values["reference"] = str(view.reference)
-    if view.compared != usual.compared:
-        values["compared"] = view.compared
+    values |= comparing_query(view.comparing)
     values |= {f"pin{pin.slot}": pin.text() for pin in settings.pins}
     # Both may stand in an address as they are.
     return urlencode(values, safe=":,")
@@ -210,8 +201,6 @@ def read_view(values: Mapping[str, Any], experiment: Experiment) -> tuple[View, 
         "background": lambda value: check_choice("background", value, BACKGROUNDS),
         "input": lambda value: check_choice("input", value, INPUTS),
         "beside": lambda value: check_choice("beside", value, SWITCH) == SWITCH[True],
-        "reference": lambda value: int(Domain(PRESENT, SLOTS[-1], whole=True).check("reference", value)),
-        "compared": lambda value: check_choice("compared", value, ERROR_KINDS),
     }
     for name, read in readers.items():
         if values.get(name) in (None, ""):
@@ -220,8 +209,9 @@ def read_view(values: Mapping[str, Any], experiment: Experiment) -> tuple[View, 
             view = replace(view, **{name: read(values[name])})
         except InputError as error:
             errors.append(error)
-    tuning, wrong = read_tuning(values)
-    return replace(view, tuning=tuning.fitted(experiment)), errors + wrong
+    comparing, wrong = read_comparing(values)
+    tuning, wrong_tuning = read_tuning(values)
+    return replace(view, comparing=comparing, tuning=tuning.fitted(experiment)), errors + wrong + wrong_tuning
 
 
 def read_limits(values: Mapping[str, Any]) -> tuple[Limits, list[InputError]]:

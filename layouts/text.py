@@ -30,6 +30,7 @@ LABELS = {
     "tune_runs": "Runs",
     "noise_weight": "The weight of the noise",
     "plane": "The plane",
+    "runs": "Runs",
 }
 """What is called by another name than its control."""
 

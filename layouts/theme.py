@@ -22,6 +22,17 @@ LINES: dict[str, dict[str, Any]] = {
 """How each kind of line is drawn, the same on every plot; observed is never joined."""
 
 
+PIN_LOOKS: dict[int, tuple[str, str]] = {
+    1: ("9px 3px", "circle"),
+    2: ("2px 2px", "square"),
+    3: ("12px 3px 2px 3px", "diamond"),
+    4: ("5px 2px", "triangle-up"),
+    5: ("7px 2px 2px 2px 2px 2px", "cross"),
+    6: ("16px 4px", "x"),
+}
+"""Dash and marker of the pin in each slot; its colour is a token."""
+
+
 @cache
 def tokens(theme: str) -> dict[str, str]:
     """The design tokens of one theme by name; dark ones fall back to light ones."""
@@ -77,6 +88,18 @@ def layout(theme: str, **more: Any) -> dict[str, Any]:
 def line(kind: str, theme: str) -> dict[str, Any]:
     """The line of one kind of data: truth, predicted or smoothed."""
     return {**LINES[kind], "color": tokens(theme)[kind]}
+
+
+def pin_line(slot: int, theme: str) -> dict[str, Any]:
+    """The line of the pin in a slot, the same on every plot."""
+    t = tokens(theme)
+    return {"width": 1.75, "dash": PIN_LOOKS[slot][0], "color": t[f"pin-{slot}"]}
+
+
+def pin_marker(slot: int, theme: str, size: float = 7) -> dict[str, Any]:
+    """The marker of the pin in a slot, on some of the points of its line."""
+    t = tokens(theme)
+    return {"symbol": PIN_LOOKS[slot][1], "size": size, "color": t[f"pin-{slot}"], "maxdisplayed": 14}
 
 
 def hollow(theme: str, size: float = 4.5) -> dict[str, Any]:

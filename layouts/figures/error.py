@@ -33,11 +33,11 @@ def error_figure(shown: Shown) -> Figure:
     cursor = float(times[view.cursor(len(times))])
     data = []
     for kind in errors:
-        faint = trace(kind, times[rows], _visible(errors[kind], top)[rows], theme, showlegend=False)
+        faint = trace(kind, times[rows], visible(errors[kind], top)[rows], theme, showlegend=False)
         faint["line"] = {"color": tokens(theme)[f"{kind}-faint"], "width": 1}
         data.append(faint if width > 1 else faint | {"visible": False})
     for kind, values in errors.items():
-        smooth = running_rms(_visible(values, top), width)
+        smooth = running_rms(visible(values, top), width)
         data.append(trace(kind, times[rows], smooth[rows], theme))
     data += [
         {
@@ -52,7 +52,7 @@ def error_figure(shown: Shown) -> Figure:
     ]  # fmt: skip
     beside = np.full_like(times, np.nan)
     if shown.beside is not None:
-        beside = running_rms(_visible(distances(shown.beside.track.smoothed[:, :, 0] - truth), top), width)
+        beside = running_rms(visible(distances(shown.beside.track.smoothed[:, :, 0] - truth), top), width)
     data.append(trace("counterpart", times[rows], beside[rows], theme, showlegend=shown.beside is not None))
     return {
         "data": data,
@@ -104,5 +104,6 @@ def _scale(level: float, tracking: FloatArray) -> float:
     return next(step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * power >= wanted * (1 - 1e-9))
 
 
-def _visible(values: FloatArray, top: float) -> FloatArray:
+def visible(values: FloatArray, top: float) -> FloatArray:
+    """Values for drawing: far above the top of the axis nothing is."""
     return np.where(values <= 1e4 * top, values, np.nan)

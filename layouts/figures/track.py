@@ -35,7 +35,7 @@ def positions(result: Result, view: View) -> dict[str, FloatArray]:
     return series
 
 
-def _plane(result: Result, positions: FloatArray, rows: slice) -> tuple[FloatArray, FloatArray]:
+def plane_of(result: Result, positions: FloatArray, rows: slice) -> tuple[FloatArray, FloatArray]:
     """Horizontal and vertical coordinate: x and y, or time and the only axis."""
     if positions.shape[1] == 1:
         return result.truth.times[rows], positions[rows, 0]
@@ -47,12 +47,13 @@ def _titles(result: Result) -> tuple[str, str]:
     return ("time (s)", f"{axes[0]} (m)") if len(axes) == 1 else (f"{axes[0]} (m)", f"{axes[1]} (m)")
 
 
-def _reach(values: FloatArray) -> float:
+def reach(values: FloatArray) -> float:
     """A magnitude well outside the picture."""
     return 100 * float(np.abs(values[np.isfinite(values)]).max(initial=1.0))
 
 
-def _axes(result: Result, x_range: list[float], y_range: list[float]) -> dict[str, Any]:
+def axes_of(result: Result, x_range: list[float], y_range: list[float]) -> dict[str, Any]:
+    """The axes of a path: on equal scales where there is more than one."""
     x_title, y_title = _titles(result)
     y_axis: dict[str, Any] = {"title": {"text": y_title}, "range": y_range}
     if len(result.scenario.axes) > 1:
@@ -68,16 +69,16 @@ def path_figure(shown: Shown) -> Figure:
     result, view, theme, key = shown.result, shown.view, shown.theme, target_key(shown)
     series = positions(result, view)
     rows = drawn(len(result.truth.times))
-    limit = _reach(np.concatenate((series["truth"], series["observed"])))
-    planes = {kind: _plane(result, clipped(series[kind], limit), rows) for kind in SERIES}
+    limit = reach(np.concatenate((series["truth"], series["observed"])))
+    planes = {kind: plane_of(result, clipped(series[kind], limit), rows) for kind in SERIES}
     # The axes are those of truth and measurements: they must not move while the gains do.
     still_x, still_y = (np.concatenate([planes[kind][i] for kind in ("truth", "observed")]) for i in (0, 1))
     cursor = view.cursor(len(result.truth.times))
-    here = _plane(result, series["truth"], slice(cursor, cursor + 1))
+    here = plane_of(result, series["truth"], slice(cursor, cursor + 1))
     t = tokens(theme)
     some = thinned(len(result.truth.times))
     data = [trace(kind, *planes[kind], theme) for kind in SERIES]
-    data[1] = trace("observed", *_plane(result, series["observed"], some), theme, marker=hollow(theme, 4))
+    data[1] = trace("observed", *plane_of(result, series["observed"], some), theme, marker=hollow(theme, 4))
     data.append(
         {
             "type": "scatter", "mode": "markers", "x": [float(here[0][0])], "y": [float(here[1][0])],
@@ -94,7 +95,7 @@ def path_figure(shown: Shown) -> Figure:
             meta=shown.meta | {"first": 0, "every": rows.step, "every_marker": some.step},
             legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
             margin={"l": 60, "r": 12, "t": 34, "b": 40},
-            **_axes(result, padded_range(still_x), padded_range(still_y)),
+            **axes_of(result, padded_range(still_x), padded_range(still_y)),
         ),
     }
 
@@ -105,7 +106,7 @@ def _counterpart(shown: Shown, rows: slice, limit: float) -> Figure:
     if shown.beside is not None:
         truth = shown.result.truth.positions
         deviation = shown.beside.track.smoothed[:, :, 0] - truth
-        x, y = _plane(shown.result, clipped(truth + shown.view.exaggerate * deviation, limit), rows)
+        x, y = plane_of(shown.result, clipped(truth + shown.view.exaggerate * deviation, limit), rows)
     return trace("counterpart", x, y, shown.theme, showlegend=shown.beside is not None)
 
 
@@ -122,10 +123,10 @@ def close_up_figure(shown: Shown) -> Figure:
     samples = len(result.truth.times)
     cursor = view.cursor(samples)
     rows = close_up_rows(samples, cursor)
-    limit = _reach(np.concatenate((series["truth"], series["observed"])))
-    planes = {kind: _plane(result, clipped(series[kind], limit), rows) for kind in SERIES}
+    limit = reach(np.concatenate((series["truth"], series["observed"])))
+    planes = {kind: plane_of(result, clipped(series[kind], limit), rows) for kind in SERIES}
     ranges = [padded_range(np.concatenate([planes[kind][i] for kind in ("truth", "observed")]), 0.1) for i in (0, 1)]
-    here = [part[np.isfinite(part)] for part in _plane(result, series["smoothed"], slice(cursor, cursor + 1))]
+    here = [part[np.isfinite(part)] for part in plane_of(result, series["smoothed"], slice(cursor, cursor + 1))]
     data = [
         trace("truth", *planes["truth"], theme),
         trace("observed", *planes["observed"], theme),
@@ -153,7 +154,7 @@ def close_up_figure(shown: Shown) -> Figure:
             meta=shown.meta | {"first": rows.start, "every": 1, "every_marker": 1},
             showlegend=False,
             margin={"l": 60, "r": 12, "t": 34, "b": 40},
-            **_axes(result, ranges[0], ranges[1]),
+            **axes_of(result, ranges[0], ranges[1]),
         ),
     }
 

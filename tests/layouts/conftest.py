@@ -9,11 +9,14 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 import app
+from layouts.comparing import Comparing
 from layouts.controls import controls_of
 from layouts.pins import SLOTS, pin_of
-from layouts.state import BACKGROUNDS, ERROR_KINDS, EXAGGERATIONS, INPUTS, LIMIT_FIELDS, Limits, Settings, View
+from layouts.state import BACKGROUNDS, EXAGGERATIONS, INPUTS, LIMIT_FIELDS, Limits, Settings, View
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment
+from tracker_core.batch import KINDS
 from tracker_core.region import PLANES
+from tracker_core.tuning.monte_carlo import FIGURES
 
 # Repeatable runs: the same examples every time, and no limit on how long the compiler may take on the first.
 settings.register_profile("layouts", derandomize=True, deadline=None, max_examples=100, print_blob=True)
@@ -77,9 +80,11 @@ def all_settings(draw):
         plane=draw(st.sampled_from(PLANES[experiment.order])),
         background=draw(st.sampled_from(BACKGROUNDS)),
         input=draw(st.sampled_from(INPUTS)),
-        reference=draw(st.sampled_from([0, *SLOTS])),
-        compared=draw(st.sampled_from(ERROR_KINDS)),
-    )
+        comparing=Comparing(
+            draw(st.sampled_from([0, *SLOTS])), draw(st.sampled_from(KINDS)), draw(st.sampled_from(FIGURES)),
+            draw(st.integers(2, 1_000_000)),
+        ),
+    )  # fmt: skip
     limits = Limits(**{name: draw(st.none() | st.floats(0, 1e9, exclude_min=True)) for name in LIMIT_FIELDS})
     return Settings(experiment, view, draw(all_pins()), limits)
 

@@ -13,6 +13,7 @@ import pytest
 
 import app
 from layouts.desk import answer
+from layouts.pages.compare.answers import DESK as COMPARE
 from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.pages.track.answers import DESK as TRACK
@@ -21,7 +22,7 @@ from layouts.state import View
 from tracker_core import Experiment
 
 ROOT = Path(__file__).parents[2]
-DESKS = (EXPLORE, STABILITY, TRACK, TUNE)
+DESKS = (EXPLORE, STABILITY, COMPARE, TRACK, TUNE)
 ON_EVERY_PAGE = pytest.mark.parametrize("desk", DESKS, ids=lambda desk: desk.page)
 
 
@@ -213,7 +214,7 @@ def test_the_callback_sends_what_moved_as_patches(call, controls_for, request_fo
     got = call(desk, request_for(controls, {"xi": 0.3}, drawn=drawn)).json()["response"]
     for plot in desk.plots:
         operations = got[plot]["figure"]["operations"]
-        assert {"Assign"} == {operation["operation"] for operation in operations}
+        assert {"Assign"} == {operation["operation"] for operation in operations}, plot
 
 
 # Settings ----------------------------------------------------------------------------------------------------------

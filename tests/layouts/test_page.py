@@ -16,7 +16,8 @@ from layouts.components import select_field, table
 from layouts.desk import answer, beginning, live_answer
 from layouts.figures.handles import gains_handle, pole_handles
 from layouts.filter_card import SLIDERS
-from layouts.pages import explore, stability, track, tune
+from layouts.pages import compare, explore, stability, track, tune
+from layouts.pages.compare.answers import DESK as COMPARE
 from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import CARDS as STABILITY_CARDS
 from layouts.pages.stability.answers import DESK as STABILITY
@@ -61,8 +62,8 @@ def attribute(part, name):
     return part.to_plotly_json()["props"].get(name)
 
 
-PAGES = (explore, stability, track, tune)
-DESKS = {"explore": EXPLORE, "stability": STABILITY, "track": TRACK, "tune": TUNE}
+PAGES = (explore, stability, compare, track, tune)
+DESKS = {"explore": EXPLORE, "stability": STABILITY, "compare": COMPARE, "track": TRACK, "tune": TUNE}
 ON_EVERY_PAGE = pytest.mark.parametrize("name", DESKS)
 
 
@@ -162,7 +163,7 @@ def test_page_and_answers_agree_on_the_plots(name):
 
 @ON_EVERY_PAGE
 def test_the_answer_says_all_that_the_script_reads(controls_for, request_for, name):
-    scripts = script("desk.js") + (script("tune.js") if name == "tune" else "")
+    scripts = script("desk.js") + script("compare.js") + (script("tune.js") if name == "tune" else "")
     read = set(re.findall(r"\banswer\.(\w+)", scripts))
     question = request_for(controls_for())
     given_slow, given_live = set(answer(DESKS[name], question)[1]), set(live_answer(DESKS[name], question)[0])
@@ -190,7 +191,7 @@ def test_the_script_knows_how_each_slider_stands(controls_for, request_for):
     assert states == set(re.findall(r"(\w+):", words))
 
 
-CARDS = {"explore": RUN_CARDS, "stability": STABILITY_CARDS, "track": (), "tune": RUN_CARDS}
+CARDS = {"explore": RUN_CARDS, "stability": STABILITY_CARDS, "compare": (), "track": (), "tune": RUN_CARDS}
 
 
 @ON_EVERY_PAGE
@@ -207,10 +208,10 @@ def test_every_card_and_every_menu_offered_is_on_the_page(controls_for, request_
 
 
 def test_every_text_of_an_answer_has_a_place_and_every_place_a_text(controls_for, request_for):
-    """An empty element with an id waits for something: a text of the answer, or one that the script makes."""
+    """An empty element with an id waits for something: a text of the answer or of a study, or one the script makes."""
     said, waiting = set(), set()
     # A study fills in places of its own: its texts, its plot, how far it has come.
-    of_study = {"best", "cost", "runs", "plot", "study-text"}
+    of_study = {"best", "cost", "runs", "plot", "study-text", "forest", "runs-text"}
     for name, desk in DESKS.items():
         texts = set(answer(desk, request_for(controls_for()))[1]["texts"])
         said |= texts
@@ -255,7 +256,7 @@ def test_there_is_a_control_for_every_value_and_no_other(name):
     assert controls_on(name) <= values
     # Every page has the filter, and between them they have everything.
     assert {"preset", "order", "convention", "design", "responsiveness", *PARAMETERS} <= controls_on(name)
-    assert set().union(*map(controls_on, DESKS)) == values - {"reference", "compared"}
+    assert set().union(*map(controls_on, DESKS)) == values
     assert set(FIELDS) <= values
 
 
@@ -413,7 +414,8 @@ def test_the_frame_holds_the_page_and_the_buttons(dash_app):
 def test_every_page_can_be_gone_to(dash_app):
     links = [part for part in walk(frame()) if type(part).__name__ == "Link"]
     assert [(text_of(link), attribute(link, "href")) for link in links] == [
-        ("Explore", "/"), ("Stability", "/stability"), ("Tune", "/tune"), ("3-D", "/3d"), ("Papers", "/papers"),
+        ("Explore", "/"), ("Stability", "/stability"), ("Tune", "/tune"), ("Compare", "/compare"), ("3-D", "/3d"),
+        ("Papers", "/papers"),
     ]  # fmt: skip
     for link in links:
         # What the script finds them by, so that those of pages with a filter carry the present one.

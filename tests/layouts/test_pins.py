@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from layouts.comparing import Comparing
 from layouts.pinned import last_pinned, merits_of, metrics_of
 from layouts.pinning import apply
 from layouts.pins import NAME_LENGTH, SLOTS, clean_name, filter_name, pin_of, read_pin
@@ -49,7 +50,7 @@ def test_a_pin_is_the_filter_of_an_experiment_and_comes_back_from_its_text(exper
         ({"alpha": 0.5, "beta": 0.2}, "Manual 0.5, 0.2"),
         ({"alpha": 0.5, "beta": 0.2, "gamma": 0.05, "eta": -1.23456e-7}, "Manual 0.5, 0.2, 0.05, -1.23e-07"),
         ({"design": "benedict-bordner", "alpha": 0.5}, "Benedict–Bordner α 0.5"),
-        ({"design": "kalata", "tracking_index": 1234.5}, "Kalata Λ 1.23e+03"),
+        ({"design": "kalata", "tracking_index": 1234.5}, "Kalata Λ 1234"),
         ({"design": "growing-memory"}, "Growing memory (M2)"),
         ({"design": "moving-window", "window": 31, "criterion": "mean-absolute"}, "Moving window (M4) W 31"),
         ({"design": "jeong-gray-murray", "tracking_index": 0.123}, "Gray–Murray of Jeong (approxima… Λ 0.123"),
@@ -89,10 +90,12 @@ def test_a_name_is_one_line_that_can_be_seen(given_name, name):
 
 
 def test_pinning_appends_the_present_filter_in_the_lowest_free_slot():
-    settings, note = apply(replace(with_xi(0.1, 0.2, 0.3), view=View(reference=2)), [["remove", 2], ["add"]])
+    settings, note = apply(
+        replace(with_xi(0.1, 0.2, 0.3), view=View(comparing=Comparing(reference=2))), [["remove", 2], ["add"]]
+    )
     assert slots(settings) == [1, 3, 2]
     assert settings.pins[-1] == pin_of(2, DEFAULT.experiment)
-    assert (settings.view.reference, note) == (0, "")
+    assert (settings.view.comparing.reference, note) == (0, "")
 
 
 def test_what_is_pinned_already_becomes_the_last():
@@ -118,7 +121,7 @@ def test_a_pin_that_does_not_fit_cannot_become_the_present_filter():
     before = replace(DEFAULT, pins=(read_pin(1, "moving-window,window:5000"),))
     settings, note = apply(before, [["use", 1]])
     assert settings == before
-    assert note.startswith("Moving window (M4) W 5e+03 does not fit here: Window must be ")
+    assert note.startswith("Moving window (M4) W 5000 does not fit here: Window must be ")
 
 
 @pytest.mark.parametrize("scenario", SCENARIOS)

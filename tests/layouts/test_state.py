@@ -7,10 +7,10 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
+from layouts.comparing import Comparing
 from layouts.pins import SLOTS, pin_of
 from layouts.state import (
     BACKGROUNDS,
-    ERROR_KINDS,
     EXAGGERATIONS,
     INPUTS,
     LIMIT_FIELDS,
@@ -23,8 +23,10 @@ from layouts.state import (
     to_query,
 )
 from tracker_core import DESIGNS, SCENARIOS, Experiment, InputError, run_experiment
+from tracker_core.batch import KINDS
 from tracker_core.fields import FIELDS
 from tracker_core.region import PLANES
+from tracker_core.tuning.monte_carlo import FIGURES
 
 DEFAULT = Settings(Experiment.from_dict({}))
 PINS = [f"pin{slot}" for slot in SLOTS]
@@ -117,7 +119,8 @@ def test_the_defaults_give_an_empty_link():
         (replace(DEFAULT, view=View(plane=("beta", "gamma"), background="lag", input="ramp")),
          "plane=beta-gamma&background=lag&input=ramp"),
         (replace(DEFAULT, limits=Limits(limit_lag=2.5, limit_settling=30.0)), "limit_lag=2.5&limit_settling=30.0"),
-        (replace(DEFAULT, view=View(reference=3, compared="innovation")), "reference=3&compared=innovation"),
+        (replace(DEFAULT, view=View(comparing=Comparing(3, "innovation", runs=20))),
+         "reference=3&compared=innovation&runs=20"),
         (pinned(1, {}), "pin1=fading-memory,xi:0.64"),
         (pinned(2, {"order": 2, "xi": 0.5}), "pin2=fading-memory,order:2,xi:0.5"),
         (pinned(3, {"alpha": 0.5, "beta": 0.2, "start": "known"}), "pin3=manual,alpha:0.5,beta:0.2,start:known"),
@@ -165,6 +168,8 @@ BAD = {
     "input": ["impulse", "1"],
     "reference": ["7", "-1", "1.5", "present"],
     "compared": ["smoothed", "Tracking"],
+    "figure": ["lag", "rmse"],
+    "runs": ["1", "1000001", "2.5", "many"],
     **{name: ["0", "-1", "nan", "inf", "1e10", "none"] for name in LIMIT_FIELDS},
     "colour": ["red"],
     "x" * 40: ["1"],
@@ -344,8 +349,9 @@ def test_every_choice_of_the_view_can_be_linked():
         *(View(exaggerate=int(factor)) for factor in EXAGGERATIONS),
         *(View(background=name) for name in BACKGROUNDS),
         *(View(input=name) for name in INPUTS),
-        *(View(compared=name) for name in ERROR_KINDS),
-        *(View(reference=slot) for slot in SLOTS),
+        *(View(comparing=Comparing(compared=name)) for name in KINDS),
+        *(View(comparing=Comparing(figure=name)) for name in FIGURES),
+        *(View(comparing=Comparing(reference=slot)) for slot in SLOTS),
     ]
     for view in views:
         wanted = replace(DEFAULT, view=view)

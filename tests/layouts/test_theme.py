@@ -25,7 +25,7 @@ PAINTED = re.compile(
 )
 WORDS = {
     "solid", "dashed", "dotted", "underline", "none", "transparent", "inherit", "collapse", "linear-gradient", "to",
-    "right", "px", "important",
+    "right", "px", "important", "currentcolor",
 }  # fmt: skip
 OKABE_ITO = {"#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#000000"}
 

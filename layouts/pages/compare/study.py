@@ -1,0 +1,147 @@
+"""The Compare page's study: the same filters over many seeds, what each comes to and which differences are real."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from math import floor, isnan, log10
+from typing import Any
+from urllib.parse import parse_qsl
+
+from layouts.comparing import PRESENT
+from layouts.figures.forest import Entry, forest_figure
+from layouts.pinned import Candidate, candidates, reference_of
+from layouts.state import Settings, from_query
+from layouts.text import metric_text, significant
+from layouts.theme import THEMES
+from tracker_core import METRICS
+from tracker_core.metrics import Metric
+from tracker_core.statistics import Interval
+from tracker_core.tuning import Comparison, MonteCarlo, Progress
+from tracker_core.tuning.monte_carlo import FIGURES, Difference
+
+
+def begin(question: Mapping[str, Any]) -> tuple[MonteCarlo, partial[dict[str, Any]]]:
+    """The study that a link asks for, and what the page shows of it.
+
+    Raises:
+        InputError: for what cannot be run.
+    """
+    settings, _ = from_query(dict(parse_qsl(str(question["query"] or ""))))
+    filters = [candidate for candidate in candidates(settings) if candidate.experiment is not None]
+    experiments = tuple(candidate.experiment for candidate in filters if candidate.experiment is not None)
+    theme = question.get("theme")
+    study = MonteCarlo(experiments, settings.view.comparing.runs)
+    return study, partial(content, settings, filters, theme if theme in THEMES else THEMES[0])
+
+
+def content(settings: Settings, filters: list[Candidate], theme: str, progress: Progress[Comparison]) -> dict[str, Any]:
+    """The forest plot, the table and the sentence above it.
+
+    Args:
+        settings: of the page.
+        filters: those that are run, in the study's order.
+        theme: of the plot.
+        progress: of the study.
+    """
+    outcome, slot = progress.outcome, reference_of(settings)
+    reference = [candidate.slot for candidate in filters].index(slot)
+    figure = settings.view.comparing.figure
+    entries = [
+        Entry(candidate.slot, called(candidate), outcome.difference(figure, number, reference))
+        for number, candidate in enumerate(filters)
+        if number != reference
+    ]
+    return {
+        "figures": {"compare-forest": forest_figure(entries, METRICS[figure], called(filters[reference]), theme)},
+        "texts": {"runs-text": runs_text(settings, outcome, filters[reference])},
+        "rows": {"over-runs": rows(outcome, candidates(settings), filters, reference)},
+    }
+
+
+def called(candidate: Candidate) -> str:
+    """How a filter is spoken of."""
+    return "Present" if candidate.slot == PRESENT else candidate.name
+
+
+def runs_text(settings: Settings, outcome: Comparison, reference: Candidate) -> str:
+    """What the figures are made of, and what significant means here, in plain words."""
+    first = settings.experiment.seed
+    text = f"{outcome.runs:,} runs, seeds {first:,} to {first + outcome.runs - 1:,}. Means with their 95 % intervals."
+    others = outcome.filters - 1
+    if not others:
+        return f"{text} Pin a filter to see differences."
+    text += (
+        f" Below each: its difference to {called(reference)} in the same runs, run by run. It is called significant "
+        "where zero lies outside its interval"
+    )
+    if others == 1:
+        return f"{text}, which has 95 %."
+    level = significant(100 - 5 / others, 3)
+    return (
+        f"{text}; the intervals are widened to {level} % each, so that all {others} comparisons of a row are right "
+        "together with 95 % (Bonferroni)."
+    )
+
+
+def rows(outcome: Comparison, shown: list[Candidate], filters: list[Candidate], reference: int) -> list[list[Any]]:
+    """Per metric its title, and per filter its mean with the difference below it; last the runs that were stopped.
+
+    Args:
+        outcome: of the study.
+        shown: every filter that has a column.
+        filters: those of the study.
+        reference: number of the one the others are compared with.
+    """
+    number = {candidate.slot: place for place, candidate in enumerate(filters)}
+    table: list[list[Any]] = []
+    for name in FIGURES:
+        metric = METRICS[name]
+        row: list[Any] = [metric.title]
+        for candidate in shown:
+            place = number.get(candidate.slot)
+            if place is None:
+                row.append(["–", "", ""])
+                continue
+            below, tone = "", "same"
+            if len(filters) > 1:
+                below, tone = "reference", "same"
+                if place != reference:
+                    below, tone = difference_text(outcome.difference(name, place, reference), metric)
+            row.append([mean_text(outcome.own(name, place), metric), tone, below])
+        table.append(row)
+    stopped = [number.get(candidate.slot) for candidate in shown]
+    table.append(["Stopped runs", *("–" if place is None else f"{int(outcome.stopped[place]):,}" for place in stopped)])
+    return table
+
+
+def mean_text(interval: Interval, metric: Metric) -> str:
+    """A mean, to the digits that its interval leaves it, and how far that reaches to both sides."""
+    if isnan(interval.mean):
+        return "–"
+    half = (interval.high - interval.low) / 2
+    if not half > 0:
+        return metric_text(metric, interval.mean)
+    digits = max(0, 1 - floor(log10(half)))
+    mean = f"{interval.mean:,.{min(digits, 12)}f}".replace("-", "−")
+    return f"{mean} ± {significant(half, 2)} {metric.unit}".rstrip()
+
+
+def difference_text(difference: Difference, metric: Metric) -> tuple[str, str]:
+    """A difference with its interval and whether it is more than chance, and its tone."""
+    in_percent = metric.unit != "%" and not isnan(difference.percent.mean)
+    interval, unit = (difference.percent, "%") if in_percent else (difference.interval, metric.unit)
+    if isnan(interval.low):
+        return "–", "same"
+    verdict = "significant" if difference.significant else "not significant"
+    text = f"{signed(interval.mean)} {unit} ({signed(interval.low)} to {signed(interval.high)})\n{verdict}"
+    if not difference.significant:
+        return text, "same"
+    better = (difference.interval.mean < 0) == metric.lower_is_better
+    return text, "better" if better else "worse"
+
+
+def signed(value: float) -> str:
+    """A number with its sign."""
+    text = significant(value, 3)
+    return f"+{text}" if value > 0 else text
