@@ -9,7 +9,8 @@ from playwright.sync_api import expect
 
 from tracker_core import Experiment, run_experiment
 
-THREE = "/compare?seed=3&pin1=fading-memory,xi:0.5&pin2=manual,alpha:0.8,beta:0.4,name:%3Cb%3EBold%3C/b%3E&pin4=growing-memory"
+BOLD = "name:%3Cb%3EBold%3C/b%3E"
+THREE = f"/compare?seed=3&pin1=fading-memory,xi:0.5&pin2=manual,alpha:0.8,beta:0.4,{BOLD}&pin4=growing-memory"
 
 
 def names(page):
