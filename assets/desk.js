@@ -10,6 +10,7 @@
   const LOST = 10000; // ms after which a request is sent again
   const RECONNECT = 3000; // ms until a lost connection is tried again
   const REST = 250; // ms without a change after which the plots are redrawn in full
+  const SLOW = 500; // ms without an answer after which the page says that it is being computed
   const SETTLED = 700; // ms without a change after which the numbers are read out
   const STEPS_BACK = 50;
 
@@ -278,6 +279,8 @@
     page.changed.clear();
     clearTimeout(page.watch);
     page.watch = setTimeout(sendAgain, LOST);
+    clearTimeout(page.slow);
+    page.slow = setTimeout(() => root() && (root().dataset.slow = "yes"), SLOW);
     page.askedLive = Boolean(live);
     if (live) page.socket.send(JSON.stringify(data));
     else dash_clientside.set_props(`${page.name}-request`, { data });
@@ -412,7 +415,7 @@
   }
 
   function begin(data) {
-    if (page) for (const timer of [page.watch, page.resting, page.reader]) clearTimeout(timer);
+    if (page) for (const timer of [page.watch, page.slow, page.resting, page.reader]) clearTimeout(timer);
     page = {
       name: data.page,
       often: data.often,
@@ -427,6 +430,7 @@
       changed: new Set(),
       flying: new Set(),
       watch: 0,
+      slow: 0,
       lost: false,
       refused: false,
       busy: false,
@@ -466,6 +470,8 @@
     page.busy = false;
     page.refused = !answer.ok;
     page.flying.clear();
+    clearTimeout(page.slow);
+    if (root()) delete root().dataset.slow;
     page.acting = [];
     clearTimeout(page.watch);
     if (page.lost) text("note", "");
