@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from layouts.comparing import PRESENT
-from layouts.pins import filter_name
+from layouts.pins import Pin, filter_name
 from layouts.state import Settings
 from layouts.text import error_text
 from tracker_core import Experiment, InputError, Metrics, Result, run_experiment
@@ -31,16 +31,20 @@ class Candidate:
     reason: str = ""
 
 
-def candidates(settings: Settings) -> list[Candidate]:
+def candidates(settings: Settings) -> tuple[Candidate, ...]:
     """The present filter, then the pinned ones by slot."""
-    present = settings.experiment
+    return _candidates(settings.experiment, settings.pins)
+
+
+@lru_cache(maxsize=16)
+def _candidates(present: Experiment, pins: tuple[Pin, ...]) -> tuple[Candidate, ...]:
     found = [Candidate(PRESENT, filter_name(present.filter_values()), present)]
-    for pin in sorted(settings.pins, key=lambda pin: pin.slot):
+    for pin in sorted(pins, key=lambda pin: pin.slot):
         try:
             found.append(Candidate(pin.slot, pin.name, pin.on(present)))
         except InputError as error:
             found.append(Candidate(pin.slot, pin.name, None, error_text(error)))
-    return found
+    return tuple(found)
 
 
 def reference_of(settings: Settings) -> int:

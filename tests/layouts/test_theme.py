@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from layouts import theme
-from layouts.theme import LINES, THEMES, hollow, layout, line, tokens
+from layouts.theme import LINES, PIN_LOOKS, THEMES, hollow, layout, line, tokens
 
 ROOT = Path(__file__).parents[2]
 STYLES = (ROOT / "assets" / "app.css").read_text(encoding="utf-8")
@@ -148,7 +148,10 @@ TEXT = [
     ("accent-ink", ["accent"]),
     ("surface", ["ink"]),
 ]
-SHAPES = ["truth", "observed", "predicted", "smoothed", "marker", "region-line", "control", "accent", "good", "bad"]
+SHAPES = [
+    "truth", "observed", "predicted", "smoothed", "marker", "region-line", "control", "accent", "good", "bad",
+    *(f"pin-{slot}" for slot in PIN_LOOKS),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("text", "ground"), [(text, ground) for text, grounds in TEXT for ground in grounds])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from math import floor, isnan, log10
 from typing import Any
@@ -84,7 +84,7 @@ def runs_text(settings: Settings, outcome: Comparison, reference: Candidate) -> 
     )
 
 
-def rows(outcome: Comparison, shown: list[Candidate], filters: list[Candidate], reference: int) -> list[list[Any]]:
+def rows(outcome: Comparison, shown: Sequence[Candidate], filters: list[Candidate], reference: int) -> list[list[Any]]:
     """Per metric its title, and per filter its mean with the difference below it; last the runs that were stopped.
 
     Args:

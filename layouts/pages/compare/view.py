@@ -67,7 +67,7 @@ def _filters_card() -> Component:
     empty = html.Div(
         [
             html.P("Pin filters, here or on any page, and move the present one against up to six of them."),
-            html.Button("Pin three to begin with", type="button", className="quiet", **{"data-pinning": "start"}),
+            html.Button("Pin three to begin with", type="button", className="primary", **{"data-pinning": "start"}),
         ],
         id="compare-empty",
         className="filters-empty",
