@@ -553,7 +553,7 @@
     const titles = [...all("[data-metric]")].map(
       (card) => `${card.querySelector(".metric-title").textContent} ${card.querySelector(".metric-value").textContent}`,
     );
-    text("live", `${answer.texts.status} ${titles.join(", ")}.`);
+    text("live", titles.length ? `${answer.texts.status} ${titles.join(", ")}.` : answer.texts.status);
   }
 
   // ------------------------------------------------------------------ hands
