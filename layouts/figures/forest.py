@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
+from itertools import pairwise
 from math import isnan
 from typing import Any
 
@@ -13,10 +14,15 @@ from layouts.figures.common import Figure
 from layouts.text import significant
 from layouts.theme import PIN_LOOKS, layout, tokens
 from tracker_core.metrics import Metric
+from tracker_core.statistics import Interval
 from tracker_core.tuning.monte_carlo import Difference
 
 LABEL = 22
 """Characters of a name beside the axis; all of it stands in the list, and under the pointer."""
+
+
+FAR = 10
+"""A filter this many times as far off as all nearer ones is named at the edge: it would press them into one line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,15 +54,23 @@ def forest_figure(entries: Sequence[Entry], metric: Metric, reference: str, them
     t = tokens(theme)
     in_percent = metric.unit != "%" and not any(isnan(entry.difference.percent.mean) for entry in entries)
     unit = "%" if in_percent else "percentage points" if metric.unit == "%" else metric.unit
-    data = [_line(entry, -row, unit, theme, in_percent=in_percent) for row, entry in enumerate(entries)]
-    missing = [] if entries else [_note("Pin a filter to compare it with.", t["ink-soft"])]
+    means = [_interval(entry, in_percent=in_percent).mean for entry in entries]
+    span = _span(means)
+    near = [span is None or isnan(mean) or span[0] <= mean <= span[1] for mean in means]
+    data = [_line(entry, -row, unit, theme, in_percent=in_percent) for row, entry in enumerate(entries) if near[row]]
+    notes = [] if entries else [_note("Pin a filter to compare it with.", t["ink-soft"])]
+    notes += [
+        _beyond(mean, -row, f"{significant(mean, 3)} {unit}", t["ink"])
+        for row, mean in enumerate(means)
+        if not near[row]
+    ]
     return {
         "data": data,
         "layout": layout(
             theme,
             uirevision="forest",
             showlegend=False,
-            annotations=missing,
+            annotations=notes,
             margin={"l": 150, "r": 16, "t": 8, "b": 60},
             shapes=[
                 {
@@ -69,6 +83,7 @@ def forest_figure(entries: Sequence[Entry], metric: Metric, reference: str, them
                 "rangemode": "tozero",
                 "zeroline": False,
                 "visible": bool(entries),
+                **({} if span is None else {"range": span}),
             },
             yaxis={
                 "tickvals": [-row for row in range(len(entries))],
@@ -82,9 +97,34 @@ def forest_figure(entries: Sequence[Entry], metric: Metric, reference: str, them
     }  # fmt: skip
 
 
+def _interval(entry: Entry, *, in_percent: bool) -> Interval:
+    return entry.difference.percent if in_percent else entry.difference.interval
+
+
+def _span(means: Sequence[float]) -> list[float] | None:
+    """What the axis spans where some filters are far beyond the others; None where it follows from all of them."""
+    sizes = sorted(abs(mean) for mean in means if not isnan(mean))
+    for nearer, farther in pairwise(sizes):
+        if nearer and farther > FAR * nearer:
+            inside = [mean for mean in means if abs(mean) <= nearer]
+            low, high = min(0.0, *inside), max(0.0, *inside)
+            pad = 0.15 * (high - low)
+            return [low - pad, high + pad]
+    return None
+
+
+def _beyond(mean: float, y: int, text: str, colour: str) -> dict[str, Any]:
+    """Where a filter lies that is not in the picture."""
+    right = mean > 0
+    return {
+        "x": float(right), "xref": "paper", "xanchor": "right" if right else "left", "y": y, "showarrow": False,
+        "text": f"{text} →" if right else f"← {text}", "font": {"color": colour, "size": 12},
+    }  # fmt: skip
+
+
 def _line(entry: Entry, y: int, unit: str, theme: str, *, in_percent: bool) -> dict[str, Any]:
     difference, t = entry.difference, tokens(theme)
-    interval = difference.percent if in_percent else difference.interval
+    interval = _interval(entry, in_percent=in_percent)
     colour = t["smoothed"] if entry.slot == PRESENT else t[f"pin-{entry.slot}"]
     symbol = "circle" if entry.slot == PRESENT else PIN_LOOKS[entry.slot][1]
     known = not isnan(interval.low)

@@ -264,11 +264,10 @@ def test_a_study_compares_every_filter_that_fits():
     assert list(rows) == [*(METRICS[name].title for name in FIGURES), "Stopped runs"]
     assert rows["Stopped runs"] == ["0", "0", "0", "0", "–"]
     figure = shown["figures"]["compare-forest"]
-    # The reference and what does not fit are not drawn.
-    assert [part["name"] for part in figure["data"]] == [
-        "Present", "Fading memory ξ 0.5", "Growing memory (M2)",
-    ]  # fmt: skip
-    for number, part in zip((0, 2, 3), figure["data"], strict=True):
+    # The reference and what does not fit are not drawn; what is far off stands at the edge.
+    assert [part["name"] for part in figure["data"]] == ["Present", "Fading memory ξ 0.5"]
+    assert len(figure["layout"]["annotations"]) == 1
+    for number, part in zip((0, 2), figure["data"], strict=True):
         difference = outcome.difference("tracking_max", number, 1)
         assert part["x"] == [difference.percent.mean]
         assert part["error_x"]["array"] == [difference.percent.high - difference.percent.mean]
@@ -408,3 +407,21 @@ def test_the_link_of_the_page_brings_all_of_it_back():
     assert (got, notes) == (wanted, [])
     assert [candidate.slot for candidate in candidates(got)] == [0, 1, 2, 5, 6]
     assert replace(got, pins=()) == replace(wanted, pins=())
+
+
+def test_a_filter_far_off_is_named_at_the_edge():
+    """It would press the others into one line."""
+    means = (1.3, -0.7, 9_062.0)
+    entries = [
+        Entry(slot, f"pin {slot}", Difference(Interval(m, m - 0.1, m + 0.1), Interval(m, m - 0.1, m + 0.1), True, 20))
+        for slot, m in enumerate(means, start=1)
+    ]
+    figure = forest_figure(entries, METRICS["estimation_rmse"], "Present", "light")
+    assert [trace["x"] for trace in figure["data"]] == [[1.3], [-0.7]]
+    low, high = figure["layout"]["xaxis"]["range"]
+    assert low < -0.7
+    assert 1.3 < high < 2
+    (note,) = figure["layout"]["annotations"]
+    assert (note["text"], note["y"]) == ("9,062 % →", -2)
+    together = forest_figure(entries[:2], METRICS["estimation_rmse"], "Present", "light")
+    assert "range" not in together["layout"]["xaxis"]
