@@ -52,5 +52,5 @@ development:
 locking := uv pip compile pyproject.toml --quiet --universal --python-version 3.11 --generate-hashes --no-header $(UPGRADE)
 
 lock:
-	$(locking) --extra web -o requirements/serve.txt
-	$(locking) --extra web --group test --group lint -c requirements/serve.txt -o requirements/dev.txt
+	$(locking) --extra web --extra cluster -o requirements/serve.txt
+	$(locking) --extra web --extra cluster --group test --group lint -c requirements/serve.txt -o requirements/dev.txt

@@ -1,6 +1,7 @@
 """Gainscope: builds the server. `python app.py` serves it.
 
-The only place that reads settings: GAINSCOPE_HOST (default 127.0.0.1) and GAINSCOPE_PORT (default 8050).
+The only place that reads settings: GAINSCOPE_HOST (default 127.0.0.1), GAINSCOPE_PORT (default 8050) and
+GAINSCOPE_DASK_SCHEDULER (the address of a cluster that computes long studies; default none, this machine's threads do).
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from tracker_core.batch import batch_errors
 from tracker_core.checks import Domain, InputError
 from tracker_core.run import observe
 from tracker_core.starts import STARTS
+from tracker_core.tuning.cluster import Cluster
 from tracker_core.types import ORDERS
 
 ROOT = Path(__file__).parent
@@ -104,15 +106,30 @@ def warm_up() -> None:
     READY.set()
 
 
+def cluster(address: str) -> Executor | None:
+    """The executor of the cluster at an address; None for no address.
+
+    Raises:
+        InputError: where no scheduler answers.
+    """
+    if not address:
+        return None
+    try:
+        return Cluster(address)
+    except InputError as error:
+        raise InputError("GAINSCOPE_DASK_SCHEDULER", error.rule, address) from error
+
+
 def main() -> int:
     """Serve until stopped."""
     host = os.environ.get("GAINSCOPE_HOST", "127.0.0.1")
     try:
         port = int(PORT.check("GAINSCOPE_PORT", os.environ.get("GAINSCOPE_PORT", "8050")))
+        executor = cluster(os.environ.get("GAINSCOPE_DASK_SCHEDULER", ""))
     except InputError as error:
         print(f"gainscope: {error}", file=sys.stderr)
         return 2
-    app = build()
+    app = build(executor)
     threading.Thread(target=warm_up, name="warm-up", daemon=True).start()
     print(f"Gainscope on http://{host}:{port}", flush=True)
     uvicorn.run(app.server, host=host, port=port, log_level="warning", timeout_graceful_shutdown=5)

@@ -225,7 +225,7 @@ BAD_PORTS = ["0", "65536", "-1", "80.5", "http", "", "8050 8051", "nan", "inf", 
 @pytest.mark.parametrize("port", BAD_PORTS)
 def test_a_port_that_is_none_is_refused_in_one_line(monkeypatch, capsys, port):
     monkeypatch.setenv("GAINSCOPE_PORT", port)
-    monkeypatch.setattr(app, "build", lambda: pytest.fail("it must not come to this"))
+    monkeypatch.setattr(app, "build", lambda executor: pytest.fail("it must not come to this"))
     assert app.main() == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -241,17 +241,39 @@ def test_a_port_that_is_none_is_refused_in_one_line(monkeypatch, capsys, port):
     ],
 )
 def test_the_server_listens_where_it_is_told(monkeypatch, capsys, environment, host, port):
-    for name in ("GAINSCOPE_HOST", "GAINSCOPE_PORT"):
+    for name in ("GAINSCOPE_HOST", "GAINSCOPE_PORT", "GAINSCOPE_DASK_SCHEDULER"):
         monkeypatch.delenv(name, raising=False)
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     served = {}
-    monkeypatch.setattr(app, "build", lambda: type("Built", (), {"server": "the server"}))
+    monkeypatch.setattr(app, "build", lambda executor: type("Built", (), {"server": "the server"}))
     monkeypatch.setattr(app, "warm_up", lambda: served.update(warm=True))
     monkeypatch.setattr(app.uvicorn, "run", lambda server, **options: served.update(options, server=server))
     assert app.main() == 0
     assert (served["server"], served["host"], served["port"]) == ("the server", host, port)
     assert capsys.readouterr().out == f"Gainscope on http://{host}:{port}\n"
+
+
+def test_studies_are_computed_where_the_setting_says(monkeypatch):
+    built = []
+    monkeypatch.setattr(app, "build", lambda executor: built.append(executor) or type("Built", (), {"server": None}))
+    monkeypatch.setattr(app, "warm_up", lambda: None)
+    monkeypatch.setattr(app.uvicorn, "run", lambda *_, **__: None)
+    monkeypatch.setattr(app, "Cluster", lambda address: f"the cluster at {address}")
+    for address, executor in (("", None), ("tcp://here:8786", "the cluster at tcp://here:8786")):
+        monkeypatch.setenv("GAINSCOPE_DASK_SCHEDULER", address)
+        assert app.main() == 0
+        assert built.pop() == executor
+
+
+def test_a_cluster_out_of_reach_is_said_in_one_line(monkeypatch, capsys):
+    monkeypatch.setenv("GAINSCOPE_DASK_SCHEDULER", "nonsense")
+    monkeypatch.setattr(app, "build", lambda executor: pytest.fail("it must not come to this"))
+    assert app.main() == 2
+    assert capsys.readouterr().err == (
+        "gainscope: GAINSCOPE_DASK_SCHEDULER must be the address of a Dask scheduler that answers within 5 s, such as "
+        "tcp://host:8786, got 'nonsense'\n"
+    )
 
 
 def test_a_bad_port_ends_the_program_with_status_2():

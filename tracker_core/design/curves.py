@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from tracker_core.checks import Domain, check_choice
+from tracker_core.checks import check_choice
 from tracker_core.design import DESIGNS
 from tracker_core.types import FloatArray
 
@@ -41,15 +41,22 @@ def design_curve(name: str, order: int, points: int = 120) -> FloatArray:
     Raises:
         InputError: for another design.
     """
-    design = DESIGNS[check_choice("design", name, curve_designs(order))]
-    ((parameter, domain),) = design.parameters.items()
-    values = _values(parameter, domain, points)
-    curve = np.array([design.gains(order, **{parameter: float(value)}) for value in values])
+    check_choice("design", name, curve_designs(order))
+    curve = along_curve(name, order, curve_values(name, points))
     curve.setflags(write=False)
     return curve
 
 
-def _values(parameter: str, domain: Domain, points: int) -> FloatArray:
+def along_curve(name: str, order: int, values: FloatArray) -> FloatArray:
+    """The gains of a design of one parameter at values of it, shape (p,): normalised, shape (p, order)."""
+    design = DESIGNS[name]
+    (parameter,) = design.parameters
+    return np.array([design.gains(order, **{parameter: float(value)}) for value in values])
+
+
+def curve_values(name: str, points: int) -> FloatArray:
+    """Values of a design's one parameter through what is drawn of its domain: even, or by equal factors."""
+    ((parameter, domain),) = DESIGNS[name].parameters.items()
     low, high = SPANS[parameter]
     if parameter == "tracking_index":
         return np.geomspace(low, high, points)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from math import sqrt
 
 import numpy as np
 
-from tracker_core.batch import Errors, errors_of_runs
+from tracker_core.batch import Errors, Runs, errors_of_runs
 from tracker_core.experiment import Experiment
 from tracker_core.responses import lag_coefficient, noise_gain
 from tracker_core.run import known_states, observe, observe_runs
@@ -22,6 +22,9 @@ from tracker_core.types import FloatArray
 
 LANES = 64
 """Filters of a part are a multiple of this, as far as there are as many."""
+
+_REMEMBERED_VALUES = 500_000
+"""Measured values of runs that are remembered, 4 MB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,14 +115,21 @@ def run_errors(
     kinds: tuple[str, ...],
 ) -> dict[str, Errors]:
     """Errors of gain sets, of one order or of several, in the runs with these seeds: arrays of shape (p, runs)."""
+    # What is looked at again and again, as in a search, is drawn once.
+    small = len(seeds) * steps_of(experiment) <= _REMEMBERED_VALUES
     return errors_of_runs(
-        observe_runs(experiment, seeds),
+        _remembered(experiment, tuple(seeds)) if small else observe_runs(experiment, seeds),
         vectors,
         start=experiment.start,
         initial_state=known_states(experiment, seeds, max(map(len, vectors))),
         figures=figures,
         kinds=kinds,
     )
+
+
+@lru_cache(maxsize=8)
+def _remembered(experiment: Experiment, seeds: tuple[int, ...]) -> Runs:
+    return observe_runs(experiment, seeds)
 
 
 def noise_against_lag(experiment: Experiment, vectors: FloatArray, weight: float) -> FloatArray:
