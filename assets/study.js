@@ -51,7 +51,10 @@
   function ask(stop) {
     if (!study.socket) return;
     study.seq = ++lastSeq;
-    if (!stop) study.asked = `${theme()}|${study.query}`;
+    if (!stop) {
+      study.asked = `${theme()}|${study.query}`;
+      card().dataset.study = "asked";
+    }
     study.socket.send(JSON.stringify({ seq: study.seq, query: study.query, theme: theme(), stop: Boolean(stop) }));
   }
 

@@ -27,6 +27,7 @@ LABELS = {
     "to": "The last value",
     "points": "Values",
     "cells": "Cells a side",
+    "budget": "Gain sets",
     "tune_runs": "Runs",
     "noise_weight": "The weight of the noise",
     "plane": "The plane",

@@ -12,6 +12,7 @@ from tracker_core.tuning import OBJECTIVES, PARAMETERS
 from tracker_core.tuning.base import WEIGHT
 from tracker_core.tuning.maps import CELLS
 from tracker_core.tuning.objectives import NOISE_LAG
+from tracker_core.tuning.search import BUDGET
 from tracker_core.tuning.sweeps import POINTS, RUNS, offered
 
 STUDIES = {"sweep": "One parameter", "map": "Two gains", "search": "All gains"}
@@ -30,6 +31,7 @@ class Tuning:
         low, high: ends of a sweep; None for the usual ones.
         points: values of a sweep.
         cells: of a map, along each side.
+        budget: gain sets that a search tries at most.
         runs: with seeds of their own.
         weight: of the noise in the objective that weighs it against the lag.
         without_truth: whether only what a tracker sees may be tuned for.
@@ -42,6 +44,7 @@ class Tuning:
     high: float | None = None
     points: int = 101
     cells: int = 60
+    budget: int = 30_000
     runs: int = 20
     weight: float = 0.5
     without_truth: bool = False
@@ -64,6 +67,7 @@ TUNING_FIELDS = {
     "to": "high",
     "points": "points",
     "cells": "cells",
+    "budget": "budget",
     "tune_runs": "runs",
     "noise_weight": "weight",
     "without_truth": "without_truth",
@@ -78,6 +82,7 @@ _READERS: dict[str, Callable[[str, Any], Any]] = {
     "to": END.check,
     "points": lambda name, value: int(POINTS.check(name, value)),
     "cells": lambda name, value: int(CELLS.check(name, value)),
+    "budget": lambda name, value: int(BUDGET.check(name, value)),
     "tune_runs": lambda name, value: int(RUNS.check(name, value)),
     "noise_weight": WEIGHT.check,
     "without_truth": lambda name, value: check_choice(name, value, _SWITCH) == _SWITCH[True],
@@ -152,6 +157,7 @@ def fields_in_use(tuning: Tuning) -> dict[str, bool]:
     return {
         **dict.fromkeys(("against", "from", "to", "points"), sweep),
         **dict.fromkeys(("plane", "cells"), tuning.study == "map"),
+        "budget": tuning.study == "search",
         "tune_runs": not closed,
         "noise_weight": closed,
     }

@@ -13,9 +13,12 @@ from layouts.comparing import Comparing
 from layouts.controls import controls_of
 from layouts.pins import SLOTS, pin_of
 from layouts.state import BACKGROUNDS, EXAGGERATIONS, INPUTS, LIMIT_FIELDS, Limits, Settings, View
+from layouts.tuning import STUDIES, Tuning
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment
 from tracker_core.batch import KINDS
 from tracker_core.region import PLANES
+from tracker_core.tuning import OBJECTIVES
+from tracker_core.tuning import PARAMETERS as VARIED
 from tracker_core.tuning.monte_carlo import FIGURES
 
 # Repeatable runs: the same examples every time, and no limit on how long the compiler may take on the first.
@@ -69,6 +72,27 @@ def all_pins(draw):
 
 
 @st.composite
+def tunings(draw):
+    """Anything that can be asked of the Tune page."""
+    blind = draw(st.booleans())
+    objectives = [name for name, objective in OBJECTIVES.items() if not (blind and objective.needs_truth)]
+    ends = st.none() | st.floats(-1e9, 1e9)
+    return Tuning(
+        study=draw(st.sampled_from(list(STUDIES))),
+        objective=draw(st.sampled_from(objectives)),
+        against=draw(st.sampled_from(list(VARIED))),
+        low=draw(ends),
+        high=draw(ends),
+        points=draw(st.integers(2, 1001)),
+        cells=draw(st.integers(2, 200)),
+        budget=draw(st.integers(2_000, 200_000)),
+        runs=draw(st.integers(1, 10_000)),
+        weight=draw(st.floats(0, 1)),
+        without_truth=blind,
+    )
+
+
+@st.composite
 def all_settings(draw):
     """Valid settings: an experiment, a view that fits it, and perhaps pins and limits."""
     experiment = draw(experiments())
@@ -84,6 +108,7 @@ def all_settings(draw):
             draw(st.sampled_from([0, *SLOTS])), draw(st.sampled_from(KINDS)), draw(st.sampled_from(FIGURES)),
             draw(st.integers(2, 1_000_000)),
         ),
+        tuning=draw(tunings()).fitted(experiment),
     )  # fmt: skip
     limits = Limits(**{name: draw(st.none() | st.floats(0, 1e9, exclude_min=True)) for name in LIMIT_FIELDS})
     return Settings(experiment, view, draw(all_pins()), limits)

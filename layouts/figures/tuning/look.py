@@ -39,7 +39,7 @@ def upright(x: float | None, text: str, colour: str, theme: str, end: str) -> di
         "line": {"color": colour, "width": 2, "dash": "solid" if end == "middle" else "6px 3px"},
         "label": {
             "text": text, "textposition": end, "font": {"size": 11, "color": tokens(theme)["ink"]},
-            "yanchor": "bottom",
+            "yanchor": "bottom", "xanchor": "right" if end == "end" else "center",
         },
     }  # fmt: skip
 

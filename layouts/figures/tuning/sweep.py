@@ -21,8 +21,8 @@ from tracker_core.types import FloatArray
 FEW_RUNS = 30
 """Of so many runs every one is drawn."""
 
-DECADES = 2
-"""A score that spans more is drawn by its logarithm."""
+DECADES = 1
+"""A score that spans more is drawn by its logarithm: its least value would hide in a flat line."""
 
 REACH = 20
 """It is then shown up to so many times the best one: farther away nobody looks for it."""

@@ -8,27 +8,29 @@ from math import isfinite
 from typing import Any
 from urllib.parse import parse_qsl
 
+from layouts.figures.common import Figure
 from layouts.figures.tuning.map import map_figure
+from layouts.figures.tuning.search import search_figure
 from layouts.figures.tuning.sweep import sweep_figure
 from layouts.pages.tune import words
 from layouts.pages.tune.present import present_scores, present_value
+from layouts.pages.tune.rivals import DIGITS, gains_controls, rival_rows
 from layouts.pages.tune.studies import Study, study_of
 from layouts.state import Settings, from_query
 from layouts.studies import Content
 from layouts.theme import THEMES
-from tracker_core import Experiment, Gains
+from tracker_core import Experiment
 from tracker_core.experiment import PARAMETERS
-from tracker_core.tuning import PARAMETERS as VARIED
-from tracker_core.tuning import Map, MapOutcome, Progress, Sweep, SweepOutcome
+from tracker_core.tuning import Map, MapOutcome, Progress, Search, SearchOutcome, Sweep, SweepOutcome
 from tracker_core.tuning.evaluate import effective_runs
-from tracker_core.types import GAIN_NAMES
 
 PLOT = "tune-plot"
-DIGITS = 5
-"""Of an optimum that is taken; its interval leaves fewer certain."""
 
 ROUNDING = 10
-"""Digits of what belongs to it: gains that are held, a tracking index that follows."""
+"""Digits of what belongs to an optimum: gains that are held, a tracking index that follows."""
+
+Said = tuple[dict[str, str], dict[str, Any] | None]
+"""Texts by name, and the controls of the best filter."""
 
 
 def begin(question: Mapping[str, Any]) -> tuple[Study, Content]:
@@ -47,81 +49,81 @@ def content(study: Study, settings: Settings, theme: str, progress: Progress[Any
     """The study as it stands.
 
     Returns:
-        `figures` by the id of their place, `texts` by name, and `offers`: what a button says and the controls it sets.
+        `figures` by the id of their place, `texts` by name, `rows` of the table of a search, and `offers`: what a
+        button says and the controls that it sets.
     """
-    complete = progress.done >= progress.of
-    shown = _sweep if isinstance(study, Sweep) else _map
-    texts, offers, figure = shown(study, settings, theme, progress.outcome, complete)  # type: ignore[arg-type]
-    wanted = effective_runs(study.experiment, study.objective, study.runs)
-    runs = words.runs_text(min(progress.outcome.runs, wanted), wanted)
+    outcome, complete = progress.outcome, progress.done >= progress.of
+    rows: list[list[Any]] = []
+    figure: Figure
+    if isinstance(study, Sweep):
+        figure = sweep_figure(outcome, theme, present_value(settings.experiment, study.parameter))
+        texts, controls = _sweep(study, settings, outcome, complete=complete)
+    elif isinstance(study, Map):
+        figure = map_figure(study, outcome, theme)
+        texts, controls = _map(study, settings, outcome, complete=complete)
+    else:
+        figure, rows = search_figure(outcome, theme), rival_rows(outcome, settings.experiment)
+        texts, controls = _search(settings, outcome, complete=complete)
     return {
         "figures": {PLOT: figure},
-        "texts": {"best": "", "cost": "", "runs": runs, **texts},
-        "offers": {"use": None, **offers},
+        "texts": {"best": "", "cost": "", "runs": _runs(study, outcome), **texts},
+        "rows": {"rivals": rows},
+        "offers": {"use": None if controls is None else {"text": "Use this", "controls": controls}},
     }
 
 
-Shown = tuple[dict[str, str], dict[str, Any], dict[str, Any]]
+def _runs(study: Study, outcome: Any) -> str:
+    if isinstance(study, Search):
+        return f"{outcome.tried:,} of at most {study.budget:,} gain sets"
+    wanted = effective_runs(study.experiment, study.objective, study.runs)
+    return words.runs_text(min(outcome.runs, wanted), wanted)
 
 
-def _sweep(study: Sweep, settings: Settings, theme: str, outcome: SweepOutcome, complete: bool) -> Shown:
-    experiment, best = settings.experiment, outcome.optimum()
-    figure = sweep_figure(outcome, theme, present_value(experiment, study.parameter))
+def _sweep(study: Sweep, settings: Settings, outcome: SweepOutcome, *, complete: bool) -> Said:
+    best = outcome.optimum()
     said = words.best_value_text(outcome)
     if not isfinite(best.value):
-        return {"best": said}, {}, figure
-    texts = {"best": f"{said}."}
+        return {"best": said}, None
     if complete:
-        present = present_scores(study, experiment)
-        texts["best"] = f"{said}{words.gain_text(outcome.scores[0][:, best.index], present)}."
+        said += words.gain_text(outcome.scores[0][:, best.index], present_scores(study, settings.experiment))
+    texts = {"best": f"{said}."}
     if len(study.objectives) > 1:
-        texts["cost"] = words.cost_text(_values(outcome), outcome.cost(0, 1), outcome.runs)
-    return texts, {"use": _offer(study.at(float(f"{best.value:.{DIGITS}g}")), settings)}, figure
+        found = [words.value_text(outcome, row) for row in range(2)]
+        texts["cost"] = words.cost_text(found, outcome.cost(0, 1), outcome.runs)
+    at = study.at(float(f"{best.value:.{DIGITS}g}"))
+    return texts, design_controls(at, settings.experiment)
 
 
-def _values(outcome: SweepOutcome) -> list[str]:
-    """The best values by each objective, in words."""
-    parameter, found = VARIED[outcome.sweep.parameter], []
-    for row in range(2):
-        best = outcome.optimum(row)
-        value, *_ = words.number(best.value, best.low, best.high)
-        found.append(f"{words.symbol_of(parameter.name)} = {value} {parameter.unit}".rstrip())
-    return found
-
-
-def _map(study: Map, settings: Settings, theme: str, outcome: MapOutcome, complete: bool) -> Shown:
-    figure, best = map_figure(study, outcome, theme), outcome.best()
+def _map(study: Map, settings: Settings, outcome: MapOutcome, *, complete: bool) -> Said:
+    best = outcome.best()
     if best is None:
-        return {"best": "In no cell all runs went to the end."}, {}, figure
+        return {"best": "In no cell all runs went to the end."}, None
     gains = study.at(outcome.vectors[best])
     said = f"Best cell: {words.gains_text(gains)}: {words.score_text(study.objective, outcome.score(best))}"
     if complete:
-        scores = outcome.scores[0][:, best]
-        said += words.gain_text(scores, present_scores(study, settings.experiment))
+        said += words.gain_text(outcome.scores[0][:, best], present_scores(study, settings.experiment))
     near = int(outcome.near_best().sum())
     if near > 1:
         said += f". Outlined: the {near:,} cells that {outcome.runs:,} runs do not show to be worse"
     texts = {"best": f"{said}."}
-    if len(study.objectives) > 1:
-        found = [
-            words.gains_text(study.at(outcome.vectors[cell]))
-            for row in range(2)
-            if (cell := outcome.best(row)) is not None
-        ]
-        if len(found) > 1:
-            texts["cost"] = words.cost_text(found, outcome.cost(0, 1), outcome.runs)
-    return texts, {"use": {"text": "Use this", "controls": gains_controls(gains)}}, figure
+    knowing = outcome.best(1) if len(study.objectives) > 1 else None
+    if knowing is not None:
+        found = [words.gains_text(study.at(outcome.vectors[cell])) for cell in (best, knowing)]
+        texts["cost"] = words.cost_text(found, outcome.cost(0, 1), outcome.runs)
+    return texts, gains_controls(gains)
 
 
-def gains_controls(gains: Gains) -> dict[str, Any]:
-    """The controls of a filter by hand."""
-    values = (float(f"{value:.{DIGITS}g}") for value in gains.values)
-    return {"design": "manual", **dict(zip(GAIN_NAMES, values, strict=False))}
+def _search(settings: Settings, outcome: SearchOutcome, *, complete: bool) -> Said:
+    if outcome.gains is None:
+        return {"best": "The designs are tried."}, None
+    texts = {"best": words.found_text(outcome, complete=complete)}
+    if settings.view.tuning.without_truth:
+        texts["cost"] = "What not knowing the truth costs is told where one parameter or two gains are varied."
+    return texts, gains_controls(outcome.gains)
 
 
-def _offer(best: Experiment, settings: Settings) -> dict[str, Any]:
-    """A button that takes a filter; a design as it is already need not be chosen again."""
-    design = {} if best.design == settings.experiment.design else {"design": best.design}
+def design_controls(best: Experiment, present: Experiment) -> dict[str, Any]:
+    """The controls of a filter; a design as it is already need not be chosen again."""
+    design = {} if best.design == present.design else {"design": best.design}
     given = {name: getattr(best, name) for name in PARAMETERS if getattr(best, name) is not None}
-    values = {name: float(f"{value:.{ROUNDING}g}") for name, value in given.items()}
-    return {"text": "Use this", "controls": design | values}
+    return design | {name: float(f"{value:.{ROUNDING}g}") for name, value in given.items()}

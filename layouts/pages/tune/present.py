@@ -38,16 +38,30 @@ def present_scores(study: Study, experiment: Experiment) -> FloatArray | None:
 
     None where it has no constant gains, is not stable, or that would take too long.
     """
-    if experiment.method is not None or not is_stable(experiment.gains()):
-        return None
     runs = effective_runs(study.experiment, study.objective, study.runs)
-    if runs * steps_of(study.experiment) > MOST_STEPS:
+    return scores_in(study.experiment, study, runs, experiment)
+
+
+def scores_in(runs_of: Experiment, study: Study, runs: int, *filters: Experiment) -> FloatArray | None:
+    """Scores of filters by a study's objective, shape (filters * runs,), the runs of one filter after another.
+
+    Args:
+        runs_of: target, sensor and first seed.
+        study: whose objective counts.
+        runs: how many.
+        filters: whose gains are tried; None comes back where one has no constant ones, or none that are stable.
+    """
+    if any(each.method is not None or not is_stable(each.gains()) for each in filters):
         return None
-    vector = tuple(experiment.gains().vector.tolist())
-    return _scores(study.experiment, vector, study.objective, runs, study.weight)
+    if len(filters) * runs * steps_of(runs_of) > MOST_STEPS:
+        return None
+    vectors = tuple(tuple(each.gains().vector.tolist()) for each in filters)
+    return _scores(runs_of, vectors, study.objective, runs, study.weight)
 
 
 @lru_cache(maxsize=64)
-def _scores(experiment: Experiment, vector: tuple[float, ...], objective: str, runs: int, weight: float) -> FloatArray:
-    *_, (_, _, scores) = scored(experiment, np.array([vector]), (objective,), runs, weight, None)
-    return scores[0, :, 0]
+def _scores(
+    experiment: Experiment, vectors: tuple[tuple[float, ...], ...], objective: str, runs: int, weight: float
+) -> FloatArray:
+    *_, (_, _, scores) = scored(experiment, np.array(vectors), (objective,), runs, weight, None)
+    return scores[0].T.ravel()

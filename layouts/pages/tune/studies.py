@@ -8,13 +8,14 @@ from typing import Any
 
 from layouts.state import Settings
 from tracker_core import Experiment, InputError
+from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.design import MANUAL
 from tracker_core.experiment import PARAMETERS
-from tracker_core.tuning import Map, Sweep
+from tracker_core.tuning import Map, Search, Sweep
 from tracker_core.tuning.sweeps import usual_values, varied
 from tracker_core.types import GAIN_NAMES
 
-Study = Sweep | Map
+Study = Sweep | Map | Search
 
 JUDGE = "estimation_rmse"
 """What tuning without a truth is measured by where the truth is known after all."""
@@ -50,7 +51,7 @@ def _sweep(settings: Settings) -> Sweep:
     # Of the sensor's variance Λ counts, from which the process's is known.
     if parameter != "sensor_variance":
         experiment = varied(experiment, parameter, values[0])
-    return Sweep(experiment, parameter, values, **_common(settings))
+    return Sweep(experiment, parameter, values, beside=_beside(settings), **_common(settings))
 
 
 def _map(settings: Settings) -> Map:
@@ -58,19 +59,28 @@ def _map(settings: Settings) -> Map:
     if experiment.method is not None:
         raise InputError("design", "must have constant gains for a map", experiment.design)
     gains = dict(zip(GAIN_NAMES, experiment.gains().values, strict=False)) | dict.fromkeys(plane, 0.5)
-    return Map(by_hand(experiment, gains), plane, columns=cells, rows=cells, **_common(settings))
+    common = _common(settings)
+    return Map(by_hand(experiment, gains), plane, columns=cells, rows=cells, beside=_beside(settings), **common)
 
 
-STUDIES: dict[str, Callable[[Settings], Study]] = {"sweep": _sweep, "map": _map}
+def _search(settings: Settings) -> Search:
+    gains = dict.fromkeys(GAIN_NAMES[: settings.experiment.order], 0.1)
+    return Search(by_hand(settings.experiment, gains), budget=settings.view.tuning.budget, **_common(settings))
+
+
+STUDIES: dict[str, Callable[[Settings], Study]] = {"sweep": _sweep, "map": _map, "search": _search}
 
 
 def _common(settings: Settings) -> dict[str, Any]:
     tuning = settings.view.tuning
-    beside = (JUDGE,) if tuning.without_truth else ()
-    return {"objective": tuning.objective, "runs": tuning.runs, "weight": tuning.weight, "beside": beside}
+    return {"objective": tuning.objective, "runs": tuning.runs, "weight": tuning.weight}
+
+
+def _beside(settings: Settings) -> tuple[str, ...]:
+    return (JUDGE,) if settings.view.tuning.without_truth else ()
 
 
 def by_hand(experiment: Experiment, gains: dict[str, float]) -> Experiment:
     """The same target, sensor and start with constant gains, in the experiment's convention."""
-    values: dict[str, Any] = dict.fromkeys(PARAMETERS) | gains
+    values: dict[str, Any] = dict.fromkeys((*PARAMETERS, *METHOD_PARAMETERS)) | gains
     return replace(experiment, design=MANUAL, **values)

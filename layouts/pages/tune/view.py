@@ -8,6 +8,7 @@ from dash.development.base_component import Component
 from layouts.components import (
     box_field,
     choice_field,
+    filled_table,
     parameter_field,
     plot_card,
     select_field,
@@ -18,6 +19,7 @@ from layouts.desk import stores
 from layouts.filter_card import filter_card, metrics_card, status_row, target_card
 from layouts.pages.tune.answers import DESK
 from layouts.pages.tune.content import PLOT
+from layouts.pages.tune.rivals import HEAD
 from layouts.run_cards import CARDS
 from layouts.state import plane_name
 from layouts.tuning import STUDIES
@@ -96,6 +98,7 @@ def _study_card() -> Component:
                 ],
                 className="study-found",
             ),
+            filled_table("tune-rivals", "The found gains and every design at its best", HEAD),
             html.Div([html.Span(id="tune-runs", className="hint"), study_row("tune")], className="study-progress"),
         ],
         className="card study-card",
@@ -122,6 +125,7 @@ def _fields() -> list[Component]:
         box_field("tune", "points", "Values", "How many values are tried."),
         select_field("tune", "plane", "Plane", "The two gains that are varied; the others are held.", titles),
         box_field("tune", "cells", "Cells a side", "How many values of each of the two gains are tried."),
+        box_field("tune", "budget", "Gain sets", "How many sets of gains are tried at most."),
         box_field("tune", "tune_runs", "Runs", "Every filter is run so often, with the seed of the run and the next."),
         parameter_field(
             "tune", "noise_weight", "Weight of the noise",

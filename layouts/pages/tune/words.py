@@ -10,11 +10,15 @@ from layouts.text import significant
 from tracker_core import Gains
 from tracker_core.fields import FIELDS
 from tracker_core.statistics import Interval, mean_interval
-from tracker_core.tuning import PARAMETERS, SweepOutcome
+from tracker_core.tuning import PARAMETERS, SearchOutcome, SweepOutcome
 from tracker_core.types import GAIN_NAMES, FloatArray
 
 NOTHING = 0.05
 """A change of fewer percent is none."""
+
+
+SAME = 1e-9
+"""Scores of designs that differ by less are those of the same filter."""
 
 
 def runs_text(complete: int, wanted: int) -> str:
@@ -61,6 +65,38 @@ def best_value_text(outcome: SweepOutcome) -> str:
     return f"{said}: {score_text(sweep.objective, best.score)}"
 
 
+def value_text(outcome: SweepOutcome, row: int) -> str:
+    """The best value of a sweep by one of its objectives."""
+    best, parameter = outcome.optimum(row), PARAMETERS[outcome.sweep.parameter]
+    value, *_ = number(best.value, best.low, best.high)
+    return f"{symbol_of(parameter.name)} = {value} {parameter.unit}".rstrip()
+
+
+def found_text(outcome: SearchOutcome, *, complete: bool) -> str:
+    """The gains that a search has found, and at its end what they are worth where nothing was chosen by."""
+    search, gains = outcome.search, outcome.gains
+    if gains is None:
+        return ""
+    score, fresh = Interval(outcome.score, float("nan"), float("nan")), outcome.fresh
+    if not complete:
+        return f"Best so far: {gains_text(gains)}: {score_text(search.objective, score)}."
+    if fresh is None:
+        return f"Best: {gains_text(gains)}: {score_text(search.objective, score)}."
+    runs = runs_text(fresh.runs, fresh.runs).replace("run", "fresh run")
+    said = f"Best: {gains_text(gains)}: {score_text(search.objective, fresh.score)} in {runs}"
+    rival, kalman = outcome.best_rival, outcome.kalman
+    if rival is None:
+        return f"{said}."
+    if kalman is not None and outcome.rivals[kalman].score <= outcome.rivals[rival].score * (1 + SAME):
+        # Of designs that draw the same curve the one whose name says what it is.
+        rival = kalman
+    more, title = fresh.percents[rival], outcome.rivals[rival].title
+    if not fresh.worse(rival):
+        return f"{said}. The best design, {title}, is not shown to be worse."
+    interval = f" ({significant(more.low, 2)} to {significant(more.high, 2)})"
+    return f"{said}. The best design, {title}, has {significant(more.mean, 2)} %{interval} more."
+
+
 def gains_text(gains: Gains) -> str:
     """Gains in their convention."""
     pairs = zip(GAIN_NAMES, gains.values, strict=False)
@@ -96,8 +132,8 @@ def cost_text(found: Sequence[str], cost: Interval, runs: int) -> str:
     if not isfinite(cost.mean):
         return ""
     blind, knowing = found
-    if blind == knowing or not cost.mean:
-        return f"Tuned on the truth it would be the same, {knowing}: not knowing the truth costs nothing here."
+    if blind == knowing:
+        return "Tuned on the truth it would be the same: not knowing the truth costs nothing here."
     said = f"Tuned on the truth it would be {knowing}"
     if abs(cost.mean) < NOTHING:
         return f"{said}; not knowing it costs next to nothing: less than {NOTHING} % of estimation RMSE."
