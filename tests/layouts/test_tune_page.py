@@ -13,14 +13,16 @@ from layouts.desk import answer, live_answer
 from layouts.pages.tune.answers import DESK
 from layouts.pages.tune.content import PLOT, begin
 from layouts.pages.tune.present import present_scores, present_value
+from layouts.pages.tune.rivals import HEAD
 from layouts.pages.tune.studies import study_of
-from layouts.pages.tune.words import cost_text, gain_text, number, runs_text
+from layouts.pages.tune.words import cost_text, found_text, gain_text, number, runs_text
 from layouts.state import Settings, View, from_query, to_query
+from layouts.text import significant
 from layouts.tuning import TUNING_FIELDS, Tuning, fields_in_use, own_parameter
 from tracker_core import DESIGNS, Experiment, Gains, InputError, run_experiment
 from tracker_core.stability import is_stable
 from tracker_core.statistics import Interval
-from tracker_core.tuning import OBJECTIVES, Map, Sweep
+from tracker_core.tuning import OBJECTIVES, Map, Progress, Sweep
 from tracker_core.tuning.sweeps import offered, varied
 
 SHORT = "samples=60&tune_runs=4&points=21&cells=12"
@@ -385,3 +387,91 @@ def test_menus_offer_what_can_be_tuned(controls_for, request_for):
     objectives, parameters = offered_now(View(tuning=Tuning(objective="innovation_rmse", without_truth=True)))
     assert objectives == [name for name in OBJECTIVES if name.startswith("innovation")]
     assert "alpha" not in offered_now(View(), design="critically-damped-bank", order=2)[1]
+
+
+# All gains ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def searched():
+    return played("samples=60&tune_runs=6&tune=search&budget=2000&order=2&seed=3")
+
+
+def test_what_was_found_is_told_by_fresh_runs(searched):
+    """Seeds 3 to 8 are searched in, 9 to 14 are fresh."""
+    study, outcome, shown = searched
+    assert (study.experiment.seed, study.drawn) == (3, 6)
+    values = dict(zip(("alpha", "beta"), outcome.gains.values, strict=True))
+    scores = [
+        run_experiment(Experiment.from_dict({"samples": 60, "order": 2, "seed": 9 + run, **values})) for run in range(6)
+    ]
+    mean = np.mean([result.metrics.estimation_rmse for result in scores])
+    assert f"estimation RMSE {mean:.3g}" in shown["texts"]["best"]
+    assert "in 6 fresh runs" in shown["texts"]["best"]
+    assert shown["texts"]["runs"] == f"{outcome.tried:,} of at most 2,000 gain sets"
+    controls = shown["offers"]["use"]["controls"]
+    assert controls["design"] == "manual"
+    assert [controls["alpha"], controls["beta"]] == pytest.approx(outcome.gains.values, rel=1e-4)
+
+
+def test_every_design_has_a_row_and_so_has_the_present_filter(searched):
+    _, outcome, shown = searched
+    rows = shown["rows"]["rivals"]
+    assert all(len(row) == len(HEAD) for row in rows)
+    titles = [row[0] for row in rows]
+    assert titles[0] == "Found"
+    assert titles[-1] == "Present"
+    ranked = sorted(outcome.rivals, key=lambda rival: rival.score)
+    assert [title.split(",")[0] for title in titles[1:-1]] == [rival.title for rival in ranked]
+    assert any(title.startswith("Steady Kalman, Λ = ") for title in titles)
+    for row, rival in zip(rows[1:-1], ranked, strict=True):
+        number_of = outcome.rivals.index(rival)
+        more = outcome.fresh.percents[number_of]
+        assert row[4][0].startswith(significant(more.mean, 2))
+        assert row[4][1] == ("bad" if outcome.fresh.worse(number_of) else "")
+        got = move("samples=60&order=2", **row[5]["controls"]).settings.experiment
+        assert got.design == rival.design
+        np.testing.assert_allclose(got.gains().vector, rival.vector, rtol=1e-3, atol=1e-12)
+
+
+def test_the_present_filter_is_compared_in_the_fresh_runs(searched):
+    _, outcome, shown = searched
+    present = [
+        run_experiment(Experiment.from_dict({"samples": 60, "order": 2, "seed": 9 + run})).metrics.estimation_rmse
+        for run in range(6)
+    ]
+    more = 100 * (np.mean(present) / outcome.fresh.score.mean - 1)
+    row = shown["rows"]["rivals"][-1]
+    assert row[3].startswith(f"{np.mean(present):.3g}")
+    assert row[4][0].startswith(significant(more, 2))
+    assert row[5] == ""
+
+
+def test_a_search_begins_without_gains(searched):
+    study, outcome, _ = searched
+    _, content = begin({"query": "samples=60&tune_runs=6&tune=search&budget=2000&order=2&seed=3", "theme": "light"})
+    begun = replace(outcome, gains=None, score=np.inf, history=(), rivals=(), fresh=None, tried=0)
+    shown = content(Progress(0, study.steps, begun))
+    assert (shown["texts"]["best"], shown["rows"], shown["offers"]) == (
+        "The designs are tried.", {"rivals": []}, {"use": None},
+    )  # fmt: skip
+    under_way = content(Progress(1, study.steps, replace(outcome, fresh=None)))
+    assert under_way["texts"]["best"].startswith("Best so far: α = ")
+    assert [row[3] for row in under_way["rows"]["rivals"]] == [""] * (1 + len(outcome.rivals))
+
+
+def test_a_search_does_not_depend_on_the_present_gains():
+    studies = [study_of(settings_of(f"tune=search&order=3&xi={xi}")) for xi in (0.3, 0.7)]
+    assert studies[0] == studies[1]
+    bank = study_of(settings_of("tune=search&order=3&design=critically-damped-bank"))
+    assert bank == studies[0]
+
+
+def test_of_designs_that_are_the_same_filter_the_kalman_filter_is_named(searched):
+    _, outcome, shown = searched
+    kalman = outcome.rivals[outcome.kalman]
+    best = outcome.rivals[outcome.best_rival]
+    if kalman.score <= best.score * (1 + 1e-9):
+        assert "Steady Kalman" in shown["texts"]["best"]
+    worse = replace(outcome, fresh=replace(outcome.fresh, differences=(Interval(0, -1, 1),) * len(outcome.rivals)))
+    assert found_text(worse, complete=True).endswith("is not shown to be worse.")
