@@ -32,6 +32,10 @@ def sweep(parameter="xi", objective="estimation_rmse", runs=4, points=31, beside
     return end_of(Sweep(experiment, parameter, usual, objective, runs, beside=beside))
 
 
+def drawn_sweep(outcome, theme, present):
+    return sweep_figure(outcome, outcome.optimum(), theme, present)
+
+
 def named(figure, name):
     return next(trace for trace in figure["data"] if trace["name"] == name)
 
@@ -73,7 +77,7 @@ def mapped():
 
 def test_a_sweep_draws_mean_interval_and_runs():
     outcome = sweep()
-    figure = sweep_figure(outcome, "light", 0.64)
+    figure = drawn_sweep(outcome, "light", 0.64)
     mean, width = outcome.mean()
     values = outcome.sweep.values
     curve = named(figure, "Estimation RMSE")
@@ -91,7 +95,7 @@ def test_a_sweep_draws_mean_interval_and_runs():
 
 def test_the_present_value_is_a_line_that_can_be_moved():
     for value in (0.64, None, 0.0):
-        figure = sweep_figure(sweep(), "light", value)
+        figure = drawn_sweep(sweep(), "light", value)
         shape = figure["layout"]["shapes"][figure["layout"]["meta"]["present"]]
         assert shape["label"]["text"] == "present"
         assert shape["visible"] == (value is not None)
@@ -101,18 +105,18 @@ def test_the_present_value_is_a_line_that_can_be_moved():
 def test_the_interval_of_the_best_value_is_shaded():
     outcome = sweep()
     best = outcome.optimum()
-    (band,) = (s for s in sweep_figure(outcome, "light", None)["layout"]["shapes"] if s.get("opacity"))
+    (band,) = (s for s in drawn_sweep(outcome, "light", None)["layout"]["shapes"] if s.get("opacity"))
     assert (band["x0"], band["x1"]) == (best.low, best.high)
     single = sweep(runs=1)
-    assert not [s for s in sweep_figure(single, "light", None)["layout"]["shapes"] if s.get("opacity")]
-    names = [trace["name"] for trace in sweep_figure(single, "light", None)["data"]]
+    assert not [s for s in drawn_sweep(single, "light", None)["layout"]["shapes"] if s.get("opacity")]
+    names = [trace["name"] for trace in drawn_sweep(single, "light", None)["data"]]
     assert "Single runs" not in names
 
 
 def test_unstable_values_are_shaded_and_not_drawn():
     """Benedict-Bordner gains are stable up to alpha = 4 - sqrt(8)."""
     outcome = sweep("alpha", order=2, design="benedict-bordner", alpha=0.5)
-    figure = sweep_figure(outcome, "light", 0.5)
+    figure = drawn_sweep(outcome, "light", 0.5)
     (shade,) = (s for s in figure["layout"]["shapes"] if s.get("label", {}).get("text") == "unstable")
     step = outcome.sweep.values[1] - outcome.sweep.values[0]
     assert shade["x0"] == pytest.approx(4 - np.sqrt(8), abs=step / 2)
@@ -122,14 +126,14 @@ def test_unstable_values_are_shaded_and_not_drawn():
 
 
 def test_axes_follow_the_parameter_and_the_span_of_the_score():
-    figure = sweep_figure(sweep("tracking_index"), "light", None)
+    figure = drawn_sweep(sweep("tracking_index"), "light", None)
     assert figure["layout"]["xaxis"]["type"] == "log"
     np.testing.assert_allclose(figure["layout"]["xaxis"]["range"], [-4, 2])
     assert figure["layout"]["yaxis"]["type"] == "log"
-    narrow = sweep_figure(sweep("xi", objective="innovation_rmse"), "light", None)
+    narrow = drawn_sweep(sweep("xi", objective="innovation_rmse"), "light", None)
     assert "type" not in narrow["layout"]["xaxis"]
     flat = end_of(Sweep(Experiment.from_dict(SHIP), "xi", (0.5, 0.55, 0.6), "estimation_rmse", 3))
-    low, high = sweep_figure(flat, "light", None)["layout"]["yaxis"]["range"]
+    low, high = drawn_sweep(flat, "light", None)["layout"]["yaxis"]["range"]
     mean, width = flat.mean()
     assert low < (mean - width).min()
     assert high > (mean + width).max()
@@ -137,7 +141,7 @@ def test_axes_follow_the_parameter_and_the_span_of_the_score():
 
 def test_what_is_known_beside_it_is_drawn_beside_it():
     outcome = sweep(objective="innovation_rmse", beside=("estimation_rmse",))
-    figure = sweep_figure(outcome, "light", None)
+    figure = drawn_sweep(outcome, "light", None)
     mean, _ = outcome.mean(1)
     np.testing.assert_allclose(coordinates(named(figure, "Estimation RMSE")["y"]), mean, rtol=1e-6)
     assert named(figure, "Estimation RMSE")["line"]["dash"] == "4px 3px"
@@ -146,7 +150,7 @@ def test_what_is_known_beside_it_is_drawn_beside_it():
 
 def test_many_runs_are_not_drawn_one_by_one():
     outcome = sweep(points=5, runs=FEW_RUNS + 1)
-    assert "Single runs" not in [trace["name"] for trace in sweep_figure(outcome, "light", None)["data"]]
+    assert "Single runs" not in [trace["name"] for trace in drawn_sweep(outcome, "light", None)["data"]]
 
 
 def test_nothing_that_can_be_drawn_is_still_a_figure():
@@ -154,7 +158,7 @@ def test_nothing_that_can_be_drawn_is_still_a_figure():
     experiment = Experiment.from_dict(SHIP | {"order": 2, "alpha": 0.5, "beta": 0.2})
     outcome = end_of(Sweep(experiment, "alpha", (1.95, 1.97, 1.99), "estimation_rmse", 2))
     assert not outcome.stable.any()
-    figure = sweep_figure(outcome, "light", None)
+    figure = drawn_sweep(outcome, "light", None)
     assert figure["layout"]["yaxis"]["range"] == [0, 1]
     assert "Best" not in [trace["name"] for trace in figure["data"]]
     json.dumps(figure, allow_nan=False)
@@ -253,8 +257,8 @@ def test_every_colour_is_a_token(theme, mapped, searched):
     known = set(tokens(theme).values()) | {"rgba(0,0,0,0)"}
     unstable = sweep("alpha", order=2, design="benedict-bordner", alpha=0.5)
     for figure in (
-        sweep_figure(sweep(), theme, 0.5),
-        sweep_figure(unstable, theme, 0.5),
+        drawn_sweep(sweep(), theme, 0.5),
+        drawn_sweep(unstable, theme, 0.5),
         map_figure(*mapped, theme),
         search_figure(searched, theme),
     ):

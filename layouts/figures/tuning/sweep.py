@@ -28,11 +28,12 @@ REACH = 20
 """It is then shown up to so many times the best one: farther away nobody looks for it."""
 
 
-def sweep_figure(outcome: SweepOutcome, theme: str, present: float | None) -> Figure:
+def sweep_figure(outcome: SweepOutcome, best: Optimum, theme: str, present: float | None) -> Figure:
     """The study as it stands.
 
     Args:
         outcome: what it has come to so far.
+        best: its optimum.
         theme: "light" or "dark".
         present: the value of the present filter; None where it is not made from this parameter. The line at it is the
             shape whose number stands in `meta.present`; the page moves it.
@@ -40,7 +41,6 @@ def sweep_figure(outcome: SweepOutcome, theme: str, present: float | None) -> Fi
     sweep, values = outcome.sweep, np.array(outcome.sweep.values)
     parameter = PARAMETERS[sweep.parameter]
     data = [trace for row in reversed(range(len(sweep.objectives))) for trace in _curves(outcome, values, row, theme)]
-    best = outcome.optimum()
     if isfinite(best.value):
         data.append(_best(best, parameter, theme))
     shapes = _unstable(values, outcome.stable, theme, logarithmic=parameter.logarithmic)

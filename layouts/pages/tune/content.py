@@ -21,7 +21,7 @@ from layouts.studies import Content
 from layouts.theme import THEMES
 from tracker_core import Experiment
 from tracker_core.experiment import PARAMETERS
-from tracker_core.tuning import Map, MapOutcome, Progress, Search, SearchOutcome, Sweep, SweepOutcome
+from tracker_core.tuning import Map, MapOutcome, Optimum, Progress, Search, SearchOutcome, Sweep, SweepOutcome
 from tracker_core.tuning.evaluate import effective_runs
 
 PLOT = "tune-plot"
@@ -56,8 +56,10 @@ def content(study: Study, settings: Settings, theme: str, progress: Progress[Any
     rows: list[list[Any]] = []
     figure: Figure
     if isinstance(study, Sweep):
-        figure = sweep_figure(outcome, theme, present_value(settings.experiment, study.parameter))
-        texts, controls = _sweep(study, settings, outcome, complete=complete)
+        # Drawing the runs anew takes its time.
+        best = outcome.optimum()
+        figure = sweep_figure(outcome, best, theme, present_value(settings.experiment, study.parameter))
+        texts, controls = _sweep(study, settings, outcome, best, complete=complete)
     elif isinstance(study, Map):
         figure = map_figure(study, outcome, theme)
         texts, controls = _map(study, settings, outcome, complete=complete)
@@ -79,16 +81,15 @@ def _runs(study: Study, outcome: Any) -> str:
     return words.runs_text(min(outcome.runs, wanted), wanted)
 
 
-def _sweep(study: Sweep, settings: Settings, outcome: SweepOutcome, *, complete: bool) -> Said:
-    best = outcome.optimum()
-    said = words.best_value_text(outcome)
+def _sweep(study: Sweep, settings: Settings, outcome: SweepOutcome, best: Optimum, *, complete: bool) -> Said:
+    said = words.best_value_text(study, best)
     if not isfinite(best.value):
         return {"best": said}, None
     if complete:
         said += words.gain_text(outcome.scores[0][:, best.index], present_scores(study, settings.experiment))
     texts = {"best": f"{said}."}
     if len(study.objectives) > 1:
-        found = [words.value_text(outcome, row) for row in range(2)]
+        found = [words.value_text(study, each) for each in (best, outcome.optimum(1))]
         texts["cost"] = words.cost_text(found, outcome.cost(0, 1), outcome.runs)
     at = study.at(float(f"{best.value:.{DIGITS}g}"))
     return texts, design_controls(at, settings.experiment)

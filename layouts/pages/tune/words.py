@@ -10,7 +10,7 @@ from layouts.text import significant
 from tracker_core import Gains
 from tracker_core.fields import FIELDS
 from tracker_core.statistics import Interval, mean_interval
-from tracker_core.tuning import PARAMETERS, SearchOutcome, SweepOutcome
+from tracker_core.tuning import PARAMETERS, Optimum, SearchOutcome, Sweep
 from tracker_core.types import GAIN_NAMES, FloatArray
 
 NOTHING = 0.05
@@ -49,9 +49,8 @@ def score_text(objective: str, score: Interval) -> str:
     return f"{said} ({low} to {high})" if isfinite(score.low) else said
 
 
-def best_value_text(outcome: SweepOutcome) -> str:
+def best_value_text(sweep: Sweep, best: Optimum) -> str:
     """The best value of a sweep with its interval, and the score there."""
-    sweep, best = outcome.sweep, outcome.optimum()
     parameter = PARAMETERS[sweep.parameter]
     if not isfinite(best.value):
         return "No value that was looked at gives a stable filter whose runs went to the end."
@@ -65,9 +64,9 @@ def best_value_text(outcome: SweepOutcome) -> str:
     return f"{said}: {score_text(sweep.objective, best.score)}"
 
 
-def value_text(outcome: SweepOutcome, row: int) -> str:
-    """The best value of a sweep by one of its objectives."""
-    best, parameter = outcome.optimum(row), PARAMETERS[outcome.sweep.parameter]
+def value_text(sweep: Sweep, best: Optimum) -> str:
+    """The best value of a sweep."""
+    parameter = PARAMETERS[sweep.parameter]
     value, *_ = number(best.value, best.low, best.high)
     return f"{symbol_of(parameter.name)} = {value} {parameter.unit}".rstrip()
 
