@@ -5,12 +5,21 @@
   const PLOT = "tune-plot";
   let present = null; // the parameter that is varied, and its value of the present filter
 
-  // The line at the present value is a shape; plotly draws those alone where nothing else changes.
-  function movePresent(plot) {
+  // The line at the present value is a shape of the plot. While a slider moves, what is drawn of it is shifted; plotly
+  // redraws it once the hand rests.
+  function movePresent(plot, live) {
     const meta = plot && plot.layout && plot.layout.meta;
     if (!present || !meta || meta.parameter !== present.parameter) return;
     const { value } = present;
     const shape = plot.layout.shapes[meta.present];
+    const drawn = plot.querySelector(`.shape-group[data-index="${meta.present}"]`);
+    if (live && drawn && shape.visible && value !== null) {
+      const { xaxis } = plot._fullLayout;
+      const [from, to] = [shape.x0, value].map((x) => xaxis.l2p(xaxis.d2l(x)));
+      drawn.setAttribute("transform", `translate(${to - from})`);
+      return;
+    }
+    if (drawn) drawn.removeAttribute("transform");
     if (shape.visible === (value !== null) && (value === null || shape.x0 === value)) return;
     const at = `shapes[${meta.present}]`;
     const place = value === null ? {} : { [`${at}.x0`]: value, [`${at}.x1`]: value };
@@ -26,13 +35,14 @@
     const button = document.getElementById("tune-cell");
     button.textContent = `Use the cell at ${across} ${Number(x.toPrecision(3))}, ${up} ${Number(y.toPrecision(3))}`;
     button.dataset.controls = JSON.stringify({ point: `${plane.join("-")} ${x} ${y}` });
+    button.dataset.plane = plane;
     button.hidden = false;
   }
 
   document.addEventListener("deskreport", ({ detail }) => {
     if (detail.page !== "tune") return;
     present = detail.answer.present;
-    movePresent(document.querySelector(`#${PLOT} .js-plotly-plot`));
+    movePresent(document.querySelector(`#${PLOT} .js-plotly-plot`), "lines" in detail.answer);
   });
 
   document.addEventListener("studydrawn", ({ detail: { id, plot } }) => {
@@ -42,8 +52,10 @@
       plot.on("plotly_afterplot", () => gainscope.placeHandles(PLOT));
       plot.on("plotly_click", (event) => offerCell(plot, event.points[0]));
     }
-    if (!plot.layout.meta.plane) document.getElementById("tune-cell").hidden = true;
+    // A cell of another plane is none of this one.
+    const button = document.getElementById("tune-cell");
+    if (String(plot.layout.meta.plane) !== button.dataset.plane) button.hidden = true;
     gainscope.placeHandles(PLOT);
-    movePresent(plot);
+    movePresent(plot, false);
   });
 })();
