@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracker_core.checks import POSITIVE, InputError, check_choice
-from tracker_core.filters import STOP_LIMIT, set_up
+from tracker_core.filters import STOP_LIMIT, check_measurements, check_start
+from tracker_core.lanes import FIGURES, KINDS, Batch, Group
 from tracker_core.types import ORDERS, FloatArray, Measurements, Truth
 
-KINDS = ("tracking", "estimation", "innovation")
-FIGURES = ("total", "rmse", "max", "l2")
+__all__ = ["FIGURES", "KINDS", "Errors", "Runs", "batch_errors", "errors_of_runs"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,25 +91,22 @@ def errors_of_runs(
         InputError: as `filters.run_filter`; for gains and runs of other shapes, unknown figures and kinds, and errors
             against a truth that is not known.
     """
-    wanted = tuple(check_choice("figures", figure, FIGURES) for figure in figures)
-    asked = tuple(check_choice("kinds", kind, KINDS) for kind in kinds)
-    sets = _gain_sets(gains)
-    count, samples, axes = _check_runs(runs, asked)
-    states = None if initial_state is None else np.asarray(initial_state, dtype=np.float64)
-    if states is not None and states.ndim == 2:
-        states = np.broadcast_to(states, (count, *states.shape))
-    truth = np.full((1, samples, axes), np.nan) if runs.truth is None else runs.truth
-    times = np.arange(samples, dtype=np.float64) * runs.interval
-    sums = np.empty((len(sets), count, 3, 4))
-    for order in sorted({len(one) for one in sets}):
-        rows = [index for index, one in enumerate(sets) if len(one) == order]
-        g = np.array([sets[index] for index in rows])
-        for run in range(count):
-            measurements = Measurements(times, runs.positions[run], runs.interval)
-            before = None if states is None else states[run, :, :order]
-            sums[rows, run] = _sums(measurements, truth[run % len(truth)], g, start, before, limit)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return {kind: Errors(_figures(sums[:, :, KINDS.index(kind)], wanted)) for kind in asked}
+    chosen = tuple(check_choice("kinds", kind, KINDS) for kind in kinds)
+    groups = _groups(gains)
+    positions, truth = _check_runs(runs, chosen)
+    states = _check_states(start, initial_state, positions.shape[0], positions.shape[2], groups)
+    batch = Batch(
+        groups=groups,
+        positions=positions,
+        truth=truth,
+        interval=POSITIVE.check("interval", runs.interval),
+        start=start,
+        states=states,
+        limit=POSITIVE.check("limit", limit),
+        kinds=chosen,
+        figures=tuple(check_choice("figures", figure, FIGURES) for figure in figures),
+    )
+    return {kind: Errors(errors) for kind, errors in batch.errors().items()}
 
 
 def batch_errors(
@@ -137,6 +134,7 @@ def batch_errors(
     """
     if measurements.interval is None:
         raise InputError("interval", "must be constant", None)
+    check_measurements(measurements)
     runs = Runs(measurements.positions[None], truth.positions[None], measurements.interval)
     found = errors_of_runs(runs, gains, start=start, initial_state=initial_state, limit=limit)
     return {
@@ -144,71 +142,50 @@ def batch_errors(
     }
 
 
-def _gain_sets(gains: FloatArray | Sequence[FloatArray]) -> list[FloatArray]:
-    if isinstance(gains, np.ndarray) and gains.ndim != 2:
-        raise InputError("gains", "must have shape (m, 2), (m, 3) or (m, 4)", gains.shape)
+def _groups(gains: FloatArray | Sequence[FloatArray]) -> list[Group]:
+    if isinstance(gains, np.ndarray):
+        if gains.ndim != 2 or gains.shape[1] not in ORDERS:
+            raise InputError("gains", "must have shape (m, 2), (m, 3) or (m, 4)", gains.shape)
+        return [Group(np.arange(len(gains)), np.asarray(gains, dtype=np.float64))] if len(gains) else []
     sets = [np.asarray(one, dtype=np.float64) for one in gains]
     for one in sets:
         if one.ndim != 1 or len(one) not in ORDERS:
-            raise InputError("gains", "must have shape (m, 2), (m, 3) or (m, 4)", (len(sets), *one.shape))
-    return sets
+            raise InputError("gains", "must be vectors of 2, 3 or 4 numbers", one.shape)
+    rows = {order: [i for i, one in enumerate(sets) if len(one) == order] for order in ORDERS}
+    return [Group(np.array(some), np.array([sets[i] for i in some])) for some in rows.values() if some]
 
 
-def _check_runs(runs: Runs, kinds: tuple[str, ...]) -> tuple[int, int, int]:
-    """Runs, samples and axes."""
-    shape = np.shape(runs.positions)
-    if len(shape) != 3 or not all(shape):
-        raise InputError("positions", "must have shape (n_runs, n_samples, n_axes)", shape)
-    POSITIVE.check("interval", runs.interval)
+def _check_runs(runs: Runs, kinds: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
+    """Positions and truth, contiguous; zeros where the truth is not known."""
+    positions = np.require(runs.positions, np.float64, ["C", "W"])
+    if positions.ndim != 3 or not positions.size:
+        raise InputError("positions", "must have shape (n_runs, n_samples, n_axes)", positions.shape)
+    if not np.isfinite(positions.sum()) and np.isinf(positions).any():
+        raise InputError("positions", "must be finite or NaN", "an infinite number")
+    one = (1, *positions.shape[1:])
     if runs.truth is None:
         if kinds != ("innovation",):
             raise InputError("kinds", "must be innovation alone where the truth is not known", ", ".join(kinds))
-    elif np.shape(runs.truth) not in {shape, (1, *shape[1:])}:
-        raise InputError("truth", f"must have shape {(1, *shape[1:])} or {shape}", np.shape(runs.truth))
-    count, samples, axes = shape
-    return count, samples, axes
+        return positions, np.zeros(one)
+    truth = np.require(runs.truth, np.float64, ["C", "W"])
+    if truth.shape not in {positions.shape, one}:
+        raise InputError("truth", f"must have shape {one} or {positions.shape}", truth.shape)
+    if not np.isfinite(truth).all():
+        raise InputError("truth", "must be finite", "an infinite or missing position")
+    return positions, truth
 
 
-def _sums(
-    measurements: Measurements,
-    truth: FloatArray,
-    g: FloatArray,
-    start: str,
-    initial_state: FloatArray | None,
-    limit: float,
-) -> FloatArray:
-    """Sum, sum of squares, greatest and number of the errors of every kind, shape (m, 3, 4)."""
-    from tracker_core import kernels  # compiled code is loaded when the first filter runs
-
-    setting = set_up(measurements, g.shape[1], start=start, initial_state=initial_state, limit=limit)
-    true = np.ascontiguousarray(truth.T)
-    z = np.ascontiguousarray(setting.z.T)
-    sums = np.empty((len(g), 3, 4))
-    # What a growing memory comes to depends on the gains; every other start is the same for all.
-    for rows in range(len(g)) if start == "expanding" else (slice(None),):
-        some = np.atleast_2d(g[rows])
-        heads, states, begins = np.zeros((3, len(setting.z))), np.empty((len(z), g.shape[1])), np.empty(len(z), int)
-        for axis in range(len(z)):
-            predicted, smoothed = (np.full((len(setting.z), g.shape[1]), np.nan) for _ in range(2))
-            states[axis], begins[axis] = setting.begin(axis, some[0], predicted, smoothed)
-            head = slice(0, begins[axis])
-            heads[0, head] += (predicted[head, 0] - true[axis, head]) ** 2
-            heads[1, head] += (smoothed[head, 0] - true[axis, head]) ** 2
-            heads[2, head] += (z[axis, head] - predicted[head, 0]) ** 2
-        part = np.empty((len(some), 3, 4))
-        kernels.batch_errors(z, true, setting.dt[0], some, states, begins, heads, setting.limit, part)
-        sums[rows] = part
-    return sums
-
-
-def _figures(sums: FloatArray, wanted: tuple[str, ...]) -> dict[str, FloatArray]:
-    """Figures from sums of shape (m, r, 4)."""
-    total, squares, greatest, count = np.moveaxis(sums, -1, 0)
-    defined = np.where(count == 0, np.nan, 1.0)
-    all_of_them = {
-        "total": total * defined,
-        "rmse": np.sqrt(squares / count),
-        "max": greatest * defined,
-        "l2": np.sqrt(squares) / count * defined,
-    }
-    return {name: all_of_them[name] for name in wanted}
+def _check_states(
+    start: str, initial_state: FloatArray | None, runs: int, axes: int, groups: list[Group]
+) -> FloatArray | None:
+    """Initial states, shape (r, axes, greatest order)."""
+    orders = [group.order for group in groups] or [min(ORDERS)]
+    shape = (axes, max(orders))
+    states = None if initial_state is None else np.asarray(initial_state, dtype=np.float64)
+    if states is not None and states.ndim == 3 and states.shape != (runs, *shape):
+        raise InputError("initial_state", f"must have shape {shape} or {(runs, *shape)}", states.shape)
+    # Where one of the numbers is not finite, their sum is not.
+    summed = states.sum(axis=0) if states is not None and states.ndim == 3 else states
+    check_start(start, min(orders), None if summed is None else summed[..., : min(orders)], axes)
+    check_start(start, max(orders), summed, axes)
+    return None if states is None else np.broadcast_to(states, (runs, *shape))

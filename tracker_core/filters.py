@@ -82,8 +82,8 @@ def set_up(
     limit: float = STOP_LIMIT,
 ) -> Setting:
     """Check what a filter is given; arguments and errors as for `run_filter`."""
-    z = _check_measurements(measurements)
-    _check_start(start, order, initial_state, z.shape[1])
+    z = check_measurements(measurements)
+    check_start(start, order, initial_state, z.shape[1])
     POSITIVE.check("limit", limit)
     given = None if initial_state is None else np.asarray(initial_state, dtype=np.float64)
     return Setting(z, _intervals(measurements), order, start, given, float(limit))
@@ -133,7 +133,8 @@ def run_filter(
     return setting.track(predicted, smoothed, min(stops))
 
 
-def _check_measurements(measurements: Measurements) -> FloatArray:
+def check_measurements(measurements: Measurements) -> FloatArray:
+    """The positions, if measurements fit together and can be filtered."""
     z = np.asarray(measurements.positions, dtype=np.float64)
     times = np.asarray(measurements.times, dtype=np.float64)
     if z.ndim != 2 or z.shape[1] < 1:
@@ -153,7 +154,8 @@ def _check_measurements(measurements: Measurements) -> FloatArray:
     return z
 
 
-def _check_start(start: str, order: int, initial_state: FloatArray | None, axes: int) -> None:
+def check_start(start: str, order: int, initial_state: FloatArray | None, axes: int) -> None:
+    """Refuse an unknown start, one that does not suit the order, and an initial state of another shape."""
     check_choice("start", start, STARTS)
     if order < STARTS[start].least_order:
         raise InputError("start", f"must not be '{start}' for a filter of order {order}", start)

@@ -132,15 +132,15 @@ def _through(z: FloatArray, dt: FloatArray, points: IntArray, order: int) -> tup
         makes its leading part out of the measurements.
     """
     count = len(points)
-    inverse = _interpolation(tuple(-_elapsed(dt, int(point), int(points[-1])) for point in points))
+    inverse = interpolation(tuple(-_elapsed(dt, int(point), int(points[-1])) for point in points))
     state = np.zeros(order)
     state[:count] = inverse @ z[points]
     return state, inverse
 
 
 @lru_cache(maxsize=256)
-def _interpolation(times: tuple[float, ...]) -> FloatArray:
-    """The matrix from measurements at these times to the state at time zero; the same ones come again and again."""
+def interpolation(times: tuple[float, ...]) -> FloatArray:
+    """The matrix from measurements at these times, s, to the state at time zero; the same ones come again and again."""
     inverse = np.linalg.inv(np.array([transition(len(times), time)[0] for time in times]))
     inverse.setflags(write=False)
     return inverse

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
 
 ORDERS = (2, 3, 4)
 GAIN_NAMES = ("alpha", "beta", "gamma", "eta")

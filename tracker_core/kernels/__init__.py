@@ -6,7 +6,7 @@ the recursion begins at sample `begin`. Nothing is validated here.
 """
 
 from tracker_core.kernels.banks import bank_choice, bank_mixture
-from tracker_core.kernels.batches import batch_errors
+from tracker_core.kernels.lanes import lanes, transposed
 from tracker_core.kernels.recursions import TRACK, autoregress, least_squares_start, step_response
 from tracker_core.kernels.selections import (
     candidate_scores,
@@ -15,18 +15,21 @@ from tracker_core.kernels.selections import (
     weight_costs,
     window_search,
 )
+from tracker_core.kernels.steps import LANES
 
 __all__ = [
+    "LANES",
     "TRACK",
     "autoregress",
     "bank_choice",
     "bank_mixture",
-    "batch_errors",
     "candidate_scores",
+    "lanes",
     "least_squares_start",
     "sample_search",
     "scheduled",
     "step_response",
+    "transposed",
     "weight_costs",
     "window_search",
 ]
