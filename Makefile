@@ -38,7 +38,8 @@ lint: development ## check style, types and who imports whom
 	$(python) -m mypy
 	.venv/bin/lint-imports --no-logo
 
-bench: development ## measure the program
+bench: development ## measure the program, beside C and other packages
+	@scripts/environment.sh bench
 	@chromium=$$(scripts/chromium.sh) || exit 1; \
 	set -x; GAINSCOPE_CHROMIUM=$$chromium $(python) -m benchmarks
 
@@ -54,3 +55,4 @@ locking := uv pip compile pyproject.toml --quiet --universal --python-version 3.
 lock:
 	$(locking) --extra web --extra cluster -o requirements/serve.txt
 	$(locking) --extra web --extra cluster --group test --group lint -c requirements/serve.txt -o requirements/dev.txt
+	$(locking) --group bench -c requirements/dev.txt -o requirements/bench.txt

@@ -1,37 +1,43 @@
-"""python -m benchmarks: what a slider move, a method, a source document and a scene cost."""
+"""python -m benchmarks: the core against C and other packages, and what the server and its pages cost."""
 
 from __future__ import annotations
 
+import os
 import platform
 import statistics
+import sys
 import time
 from collections.abc import Callable
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from playwright.sync_api import sync_playwright
 
-from benchmarks import scenes
+from benchmarks import long_work, scenes
 from benchmarks.delay import Delay
 from benchmarks.documents import measure_documents
 from benchmarks.drag import Drag, drag
+from benchmarks.memory import measure_memory
 from benchmarks.serving import launch, server, settle
+from benchmarks.speed import measure_speed
+from benchmarks.startup import measure_startup
 from layouts.controls import controls_of
 from layouts.desk import Desk, answer, live_answer
 from layouts.live import framed
 from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.state import from_query
-from tracker_core import Experiment, Gains, Measurements, Truth, run_experiment, run_filter
+from tracker_core import Experiment, Gains, run_experiment, run_filter
 from tracker_core.adaptive import METHODS
 from tracker_core.adaptive.sample_search import candidates
 from tracker_core.merits import merits
 from tracker_core.region import nearest_stable
 from tracker_core.run import observe
-from tracker_core.types import FloatArray
 
 ROUNDS = 400
+PACKAGES = ("numpy", "numba", "dash", "plotly", "filterpy", "simdkalman")
 UNSTABLE = Gains((0.5, 2.0, 0.9, 0.3))
 
 
@@ -83,33 +89,11 @@ def measure_methods() -> None:
             *timed(lambda m=method, o=order: m.run(measurements, o, truth=truth), rounds=20),
         )
     search = METHODS["sample-search"]
-    few = Measurements(measurements.times[:200], measurements.positions[:200], measurements.interval)
-    known = Truth(truth.times[:200], truth.states[:200])
     sets, _ = candidates(4, 4, 6, "interior", "printed")
-    name = f"sample-search, order 4, all {len(sets)} sets"
     row(
-        name,
+        f"sample-search, order 4, all {len(sets)} sets",
         *timed(lambda: search.run(measurements, 4, truth=truth, bound="printed", limit=1e300), rounds=20),
-        "at most 50 median",
     )
-    compiled = timed(lambda: search.run(few, 4, truth=known, bound="printed", limit=1e300), rounds=20)[0]
-    plain = timed(lambda: plain_search(few, known, sets), rounds=3)[0]
-    print(f"{'the same in plain Python, 200 samples: times as long':<58} {plain / compiled:8.0f}")
-
-
-def plain_search(measurements: Measurements, truth: Truth, sets: FloatArray) -> list[float]:
-    """The search at every sample as one would write it down: least error of the acceleration, order 4."""
-    t, rows, positions = float(measurements.interval or 1), sets.tolist(), list[float]()
-    for axis in range(2):
-        z, wanted = measurements.positions[:, axis].tolist(), truth.states[:, axis, 2].tolist()
-        x, v, a, j = z[1], (z[1] - z[0]) / t, 0.0, 0.0
-        for i in range(2, len(z)):
-            x, v, a = x + t * v + t * t / 2 * a + t**3 / 6 * j, v + t * a + t * t / 2 * j, a + t * j
-            e = z[i] - x
-            g0, g1, g2, g3 = min(rows, key=lambda g: abs(a + g[2] * e / t**2 - wanted[i]))
-            x, v, a, j = x + g0 * e, v + g1 * e / t, a + g2 * e / t**2, j + g3 * e / t**3
-            positions.append(x)
-    return positions
 
 
 def moved(desk: Desk) -> dict[str, Any]:
@@ -156,15 +140,49 @@ def summary(outcome: Drag) -> str:
     return f"{outcome.drawn} of {outcome.changes} drawn, last {'drawn' if outcome.last_drawn else 'MISSING'}"
 
 
+def measure_long_work() -> None:
+    """A million runs in one browser beside a slider in another."""
+    seen = long_work.measure()
+    print(f"\n{'slider to drawn plot on Explore, 25 moves a second':<58} {'median':>8} {'p95':>8}   ms")
+    row("alone", *np.percentile(seen.alone, [50, 95]))
+    row("beside a million runs in another browser", *np.percentile(seen.beside, [50, 95]), "at most 150 p95")
+    print(f"partial results meanwhile: {seen.updates}; {seen.rate:,.0f} runs a second of two filters")
+    print(f"stopped {seen.ended:.2f} s after the click, at most 1, with {100 * seen.share:.0f} % done")
+
+
+PARTS: dict[str, Callable[[], None]] = {
+    "speed": measure_speed,
+    "memory": measure_memory,
+    "startup": measure_startup,
+    "server": measure_server,
+    "methods": measure_methods,
+    "documents": measure_documents,
+    "scenes": measure_scenes,
+    "browser": measure_browser,
+    "long-work": measure_long_work,
+}
+
+
 def main() -> None:
-    """Measure everything and print it."""
-    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "dash", "plotly"))
-    print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, {packages}")
-    measure_server()
-    measure_methods()
-    measure_documents()
-    measure_scenes()
-    measure_browser()
+    """Measure everything, or the parts that are named, and print it."""
+    wanted = sys.argv[1:] or list(PARTS)
+    for name in wanted:
+        if name not in PARTS:
+            raise SystemExit(f"python -m benchmarks [{'|'.join(PARTS)} ...]")
+    packages = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
+    print(f"{processor()}, {os.cpu_count()} processors, Python {platform.python_version()}, {packages}")
+    for name in wanted:
+        PARTS[name]()
+
+
+def processor() -> str:
+    """What the machine calls its processor."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(named, platform.machine())
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes .venv hold what requirements/NAME.txt locks:  scripts/environment.sh serve|dev
+# Makes .venv hold what requirements/NAME.txt locks:  scripts/environment.sh serve|dev|bench
 # Quick when nothing changed: the lock that was installed last is kept in .venv and compared.
 . "$(dirname "$0")/common.sh" environment
 
