@@ -84,7 +84,7 @@ def test_the_same_study_gives_the_same_bits_everywhere(name, cluster):
 
 def test_what_is_closed_leaves_nothing_waiting_on_the_cluster(cluster):
     own = Cluster(cluster.scheduler_address)
-    parts = ordered(own, time.sleep, [0.2] * 200)
+    parts = ordered(own, time.sleep, [1.0] * 200)
     next(parts)
     with distributed.Client(cluster) as client:
 
@@ -93,7 +93,11 @@ def test_what_is_closed_leaves_nothing_waiting_on_the_cluster(cluster):
 
         assert waiting() > 10
         parts.close()
-        # What is under way on the two workers ends by itself.
+        # What is under way on the two workers ends by itself; the others would take a quarter of a minute.
+        for _ in range(50):
+            if waiting() <= 2:
+                break
+            time.sleep(0.1)
         assert waiting() <= 2
     own.shutdown()
 
