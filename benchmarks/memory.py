@@ -6,6 +6,7 @@ been loaded, compiled and drawn.
 
 from __future__ import annotations
 
+import ctypes
 import subprocess
 import sys
 from pathlib import Path
@@ -32,6 +33,7 @@ def measure(name: str) -> int:
     made = dict(zip(MEASURED, (long_track, gain_map, monte_carlo, sample_search), strict=True))[name]()
     # The first call compiles; what it allocates is given back.
     made.ours()
+    ctypes.CDLL("libc.so.6").malloc_trim(0)
     forget()
     before = peak()
     kept = made.ours()

@@ -158,7 +158,7 @@ class Studies:
                 asked.post(asked.shown(progress, perf_counter() - begun))
         except InputError as error:
             asked.end(refusal(error))
-        except Exception:  # noqa: BLE001 - whatever it was, the page must hear of it
+        except (Exception, asyncio.CancelledError):  # noqa: BLE001 - whatever it was, the page must hear of it
             _LOG.exception("A study failed")
             asked.end({"state": "failed"})
 

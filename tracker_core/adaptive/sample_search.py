@@ -106,6 +106,16 @@ def neighbours(levels: IntArray, which: int) -> tuple[IntArray, IntArray]:
     return lower, upper
 
 
+def distinct(values: FloatArray, *, last: bool) -> IntArray:
+    """Where every distinct value stands first, or last, in ascending order.
+
+    Sets that share the gain of the followed state leave the same error of it: one of them stands for all.
+    """
+    backwards = values[::-1]
+    _, places = np.unique(backwards if last else values, return_index=True)
+    return np.sort(len(values) - 1 - places if last else places)
+
+
 def rule(shape: Shape, parameters: Mapping[str, Any]) -> None:
     """There is a set to try, the search takes seconds at most, and the objective is known and followed."""
     objective, grid = parameters["objective"], parameters["grid"]
@@ -138,8 +148,11 @@ def per_sample(
     which = STATE_NAMES.index(objective)
     truth, (_, axes, order) = problem.true_state(which), problem.shape
     sets, levels = candidates(order, grid, grid_eta, end_points, bound)
-    none = np.empty(0, dtype=np.int64)
-    lower, upper = neighbours(levels, which) if parabola == "printed" else (none, none)
+    lower = upper = np.empty(0, dtype=np.int64)
+    if parabola == "printed":
+        lower, upper = neighbours(levels, which)
+    else:
+        sets = sets[distinct(sets[:, which], last=ties == "last")]
     draft, setting = Draft.of(problem), problem.setting
     for axis in range(axes):
         state, begin = draft.begin(axis)

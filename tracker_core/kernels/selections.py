@@ -182,6 +182,7 @@ def sample_search(
     n, count = z.shape[0], candidates.shape[0]
     x = np.zeros_like(state)
     gains = np.zeros_like(state)
+    values = candidates[:, which].copy()
     for i in range(begin, n):
         t = dt[i] if dt.shape[0] > 1 else dt[0]
         _predict(state, t, x)
@@ -196,13 +197,13 @@ def sample_search(
             best = 0
             if last:
                 for k in range(count):
-                    error = abs(base + candidates[k, which] * step - target)
+                    error = abs(base + values[k] * step - target)
                     if error <= least:
                         least = error
                         best = k
             else:
                 for k in range(count):
-                    error = abs(base + candidates[k, which] * step - target)
+                    error = abs(base + values[k] * step - target)
                     if error < least:
                         least = error
                         best = k
