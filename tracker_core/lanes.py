@@ -1,4 +1,4 @@
-"""Gain sets and runs laid out side by side for `kernels.lanes`: in every lane one filter in one run."""
+"""Gain sets and runs laid out side by side for `kernels.lane_errors`: in every lane one filter in one run."""
 
 from __future__ import annotations
 
@@ -67,6 +67,11 @@ class Batch:
     kinds: tuple[str, ...]
     figures: tuple[str, ...]
 
+    @property
+    def farthest(self) -> float:
+        """The greatest magnitude of a true position, m."""
+        return float(np.abs(self.truth).max())
+
     def errors(self) -> dict[str, dict[str, FloatArray]]:
         """By kind and figure, shape (m, r)."""
         from tracker_core.kernels import LANES  # compiled code is loaded when the first filter runs
@@ -74,17 +79,19 @@ class Batch:
         sets, runs = sum(len(group.rows) for group in self.groups), len(self.positions)
         found = {kind: {name: np.empty((sets, runs)) for name in self.figures} for kind in self.kinds}
         regular = self._regular()
-        usual, unusual = np.flatnonzero(regular), np.flatnonzero(~regular)
+        usual = np.flatnonzero(regular)
         # Lanes are filled with gain sets or with runs, whichever leaves fewer of them empty; the answer is the same.
-        by_runs = sets * -(-len(usual) // LANES)
-        by_sets = len(usual) * sum(-(-len(group.rows) // LANES) for group in self.groups)
-        if by_runs < by_sets:
-            for first in range(0, len(usual), LANES):
-                for rows, sums in self._over_runs(usual[first : first + LANES]):
-                    self._write(found, rows, usual[first : first + LANES], sums)
-        for run in unusual.tolist() if by_runs < by_sets else range(runs):
-            for rows, sums in self._over_sets(run):
-                self._write(found, rows, np.array([run]), sums)
+        if sets * -(-len(usual) // LANES) >= len(usual) * sum(-(-len(group.rows) // LANES) for group in self.groups):
+            usual = usual[:0]
+        order = np.concatenate((usual, np.setdiff1d(np.arange(runs), usual)))
+        for first, rows, sums in self._over_runs(usual):
+            self._write(found, rows, first, sums)
+        for column in range(len(usual), runs):
+            for rows, sums in self._over_sets(int(order[column])):
+                self._write(found, rows, column, sums)
+        if not regular.all():
+            back = np.argsort(order)
+            return {kind: {name: values[:, back] for name, values in all_.items()} for kind, all_ in found.items()}
         return found
 
     def _regular(self) -> BoolArray:
@@ -102,34 +109,39 @@ class Batch:
         from tracker_core.kernels import LANES
 
         z, truth = self.positions[run], self.truth[min(run, len(self.truth) - 1)]
-        samples, axes = z.shape
-        seen = np.zeros((samples + 1, axes, 2))
-        seen[:-1, :, 0], seen[:-1, :, 1] = truth, z
         missing = np.isnan(z)
+        z = np.concatenate((z, np.zeros((1, z.shape[1]))))
         for group in self.groups:
-            openings = [opening(self.start, group.order, ~missing[:, axis], group.least) for axis in range(axes)]
+            beginning = Beginning.of([opening(self.start, group.order, ~axis, group.least) for axis in missing.T])
+            before = self._before(np.full(LANES, run), group.order)
             for rows in _blocks(len(group.rows), BLOCK * LANES):
                 some = group.gains[rows]
                 filled = some[np.arange(-(-len(some) // LANES) * LANES) % len(some)]
                 lanes = np.ascontiguousarray(filled.reshape(-1, LANES, group.order).transpose(0, 2, 1))
-                before = self._before(np.full(LANES, run), group.order)
-                sums = self._sums(seen, np.asarray(missing.any(axis=1)), openings, lanes, before)
-                yield group.rows[rows], sums.transpose(1, 2, 0, 3).reshape(3, 4, -1, 1)[:, :, : len(some)]
+                sums = self._sums(z, truth, np.asarray(missing.any(axis=1)), beginning, lanes, before)
+                yield group.rows[rows], sums.reshape(3, 4, -1, 1)[:, :, : len(some)]
 
-    def _over_runs(self, here: IntArray) -> Iterator[tuple[IntArray, FloatArray]]:
-        """Up to LANES runs that start alike, which are the lanes: rows and sums, shape (3, 4, rows, runs)."""
+    def _over_runs(self, runs: IntArray) -> Iterator[tuple[int, IntArray, FloatArray]]:
+        """Runs that start alike, which are the lanes: number of the first, rows, sums, shape (3, 4, rows, runs)."""
         from tracker_core.kernels import LANES, transposed
 
         _, samples, axes = self.positions.shape
-        runs = here[np.arange(LANES) % len(here)]
-        seen, missing = np.zeros((samples + 1, axes, 2, LANES)), np.zeros(samples, dtype=bool)
-        transposed(self.positions, self.truth, runs, seen, missing)
-        for group in self.groups:
-            openings = [self._all_there(group)] * axes
-            for rows in _blocks(len(group.rows), BLOCK):
-                lanes = np.repeat(group.gains[rows, :, None], LANES, axis=2)
-                sums = self._sums(seen, missing, openings, lanes, self._before(runs, group.order))
-                yield group.rows[rows], sums.transpose(1, 2, 0, 3)[..., : len(here)]
+        z, missing = np.zeros((samples + 1, axes, LANES)), np.empty(samples, dtype=bool)
+        truth = self.truth[0] if len(self.truth) == 1 else np.empty((samples, axes, LANES))
+        beginnings = [Beginning.of([self._all_there(group)] * axes) for group in self.groups]
+        for first in range(0, len(runs), LANES):
+            count = min(LANES, len(runs) - first)
+            here = runs[first + np.arange(LANES) % count]
+            missing[:] = False
+            transposed(self.positions, here, z, missing)
+            if len(self.truth) > 1:
+                transposed(self.truth, here, truth, missing)
+            for group, beginning in zip(self.groups, beginnings, strict=True):
+                before = self._before(here, group.order)
+                for rows in _blocks(len(group.rows), BLOCK):
+                    lanes = np.repeat(group.gains[rows, :, None], LANES, axis=2)
+                    sums = self._sums(z, truth, missing, beginning, lanes, before)
+                    yield first, group.rows[rows], sums[..., :count]
 
     def _before(self, runs: IntArray, order: int) -> FloatArray:
         """The states of these runs before the first sample, shape (n_axes, order, len(runs))."""
@@ -138,45 +150,66 @@ class Batch:
         return np.ascontiguousarray(self.states[runs, :, :order].transpose(1, 2, 0))
 
     def _sums(
-        self, seen: FloatArray, missing: BoolArray, openings: list[Opening], lanes: FloatArray, before: FloatArray
-    ) -> FloatArray:
-        """What `kernels.lanes` finds, shape (c, 3, 4, LANES)."""
+        self, z: FloatArray, truth: FloatArray, missing: BoolArray, beginning: Beginning, lanes: FloatArray,
+        before: FloatArray,
+    ) -> FloatArray:  # fmt: skip
+        """What `kernels.lane_errors` finds, shape (3, 4, c, LANES)."""
         from tracker_core import kernels
 
-        predicted = np.logical_and.reduce([one.predicted for one in openings])
-        smoothed = np.logical_and.reduce([one.smoothed for one in openings])
-        counted = np.stack((predicted, smoothed, predicted))
-        length = max(len(one.until) for one in openings)
-        gains, until = np.zeros((len(openings), length, lanes.shape[1])), np.full((len(openings), length), -np.inf)
-        for axis, one in enumerate(openings):
-            gains[axis, : len(one.gains)], until[axis, : len(one.until)] = one.gains, one.until
-        special = missing | ~counted.all(axis=0)
-        special[:length] = True
-        found = np.empty((len(lanes), 3, 4, kernels.LANES))
-        kernels.lanes(
-            seen, special, counted, self.interval, lanes, gains, until, before, float(np.abs(seen[:-1, :, 0]).max()),
-            self.limit, np.array([kind in self.kinds for kind in KINDS]),
-            "total" in self.figures or "max" in self.figures, found,
+        found = np.empty((3, 4, len(lanes), kernels.LANES))
+        wanted = np.array([kind in self.kinds for kind in KINDS])
+        each = "total" in self.figures or "max" in self.figures
+        kernels.lane_errors(
+            z, truth, missing | beginning.special, beginning.counted, self.interval, lanes, beginning.gains,
+            beginning.until, before, self.farthest, self.limit, wanted, each, found,
         )  # fmt: skip
         return found
 
-    def _write(
-        self, found: dict[str, dict[str, FloatArray]], rows: IntArray, columns: IntArray, sums: FloatArray
-    ) -> None:
-        for kind, figures in found.items():
-            total, squares, greatest, count = sums[KINDS.index(kind)]
-            with np.errstate(invalid="ignore", divide="ignore"):
+    def _write(self, found: dict[str, dict[str, FloatArray]], rows: IntArray, first: int, sums: FloatArray) -> None:
+        columns = slice(first, first + sums.shape[-1])
+        with np.errstate(invalid="ignore", divide="ignore"):
+            for kind, figures in found.items():
+                total, squares, greatest, count = sums[KINDS.index(kind)]
                 defined = np.where(count == 0, np.nan, 1.0)
                 for name, values in figures.items():
                     if name == "total":
-                        figure = total * defined
+                        values[rows, columns] = total * defined
                     elif name == "rmse":
-                        figure = np.sqrt(squares / count)
+                        values[rows, columns] = np.sqrt(squares / count)
                     elif name == "max":
-                        figure = np.sqrt(greatest) * defined
+                        values[rows, columns] = np.sqrt(greatest) * defined
                     else:
-                        figure = np.sqrt(squares) / count
-                    values[np.ix_(rows, columns)] = figure
+                        values[rows, columns] = np.sqrt(squares) / count
+
+
+@dataclass(frozen=True, slots=True)
+class Beginning:
+    """How all axes start, as `kernels.lane_errors` is told.
+
+    Attributes:
+        gains: shape (n_axes, b, order), normalised.
+        until: shape (n_axes, b).
+        counted: shape (3, n_samples).
+        special: shape (n_samples,), but for missing measurements.
+    """
+
+    gains: FloatArray
+    until: FloatArray
+    counted: BoolArray
+    special: BoolArray
+
+    @classmethod
+    def of(cls, axes: list[Opening]) -> Beginning:
+        """From how each starts."""
+        length, order = max(len(one.until) for one in axes), axes[0].gains.shape[1]
+        gains, until = np.zeros((len(axes), length, order)), np.full((len(axes), length), -np.inf)
+        for axis, one in enumerate(axes):
+            gains[axis, : len(one.gains)], until[axis, : len(one.until)] = one.gains, one.until
+        predicted = np.logical_and.reduce([one.predicted for one in axes])
+        smoothed = np.logical_and.reduce([one.smoothed for one in axes])
+        special = ~(predicted & smoothed)
+        special[:length] = True
+        return cls(gains, until, np.stack((predicted, smoothed, predicted)), special)
 
 
 def _blocks(count: int, size: int) -> Iterator[slice]:

@@ -6,7 +6,7 @@ the recursion begins at sample `begin`. Nothing is validated here.
 """
 
 from tracker_core.kernels.banks import bank_choice, bank_mixture
-from tracker_core.kernels.lanes import lanes, transposed
+from tracker_core.kernels.lanes import lane_errors, transposed
 from tracker_core.kernels.recursions import TRACK, autoregress, least_squares_start, step_response
 from tracker_core.kernels.selections import (
     candidate_scores,
@@ -24,7 +24,7 @@ __all__ = [
     "bank_choice",
     "bank_mixture",
     "candidate_scores",
-    "lanes",
+    "lane_errors",
     "least_squares_start",
     "sample_search",
     "scheduled",

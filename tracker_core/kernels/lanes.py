@@ -7,19 +7,20 @@ import numpy as np
 from tracker_core.kernels.compiled import compiled
 from tracker_core.kernels.steps import (
     COUNT,
+    ESTIMATION,
     FARTHEST,
     GAINS,
     GREATEST,
     JOINT,
     KEPT,
+    KEPT_HERE,
     LANES,
-    MEASURED,
     PREDICTED,
-    ROWS_OF_STATE,
+    ROWS_OF_AXIS,
     ROWS_OF_SUMS,
     SQUARES,
+    STRETCH,
     TOTAL,
-    TRUE,
     add_squares,
     at,
     fold,
@@ -29,35 +30,41 @@ from tracker_core.kernels.steps import (
 )
 from tracker_core.types import BoolArray, FloatArray, IntArray
 
+STRIP = 32
+"""Samples that are moved at a time."""
+
 
 @compiled
-def transposed(positions: FloatArray, truth: FloatArray, runs: IntArray, seen: FloatArray, missing: BoolArray) -> None:
-    """The runs of these numbers, shape (LANES,), side by side: seen becomes (n + 1, axes, 2, LANES).
+def transposed(runs: FloatArray, numbers: IntArray, tile: FloatArray, missing: BoolArray) -> None:
+    """The runs (r, n, axes) of these numbers, shape (LANES,), side by side in a tile (n or more, axes, LANES).
 
-    positions have shape (r, n, axes), truth (1 or r, n, axes); missing (n,) becomes true where a measurement is.
+    missing (n,) becomes true where a value is NaN. Some samples of all runs are moved at a time: what is read and what
+    is written then stay in the nearest cache.
     """
-    for lane in range(LANES):
-        known = min(runs[lane], truth.shape[0] - 1)
-        for i in range(positions.shape[1]):
-            for axis in range(positions.shape[2]):
-                z = positions[runs[lane], i, axis]
-                seen[i, axis, TRUE, lane] = truth[known, i, axis]
-                seen[i, axis, MEASURED, lane] = z
-                if np.isnan(z):
-                    missing[i] = True
+    n = runs.shape[1]
+    for first in range(0, n, STRIP):
+        for lane in range(LANES):
+            run = numbers[lane]
+            for i in range(first, min(first + STRIP, n)):
+                for axis in range(runs.shape[2]):
+                    value = runs[run, i, axis]
+                    tile[i, axis, lane] = value
+                    if np.isnan(value):
+                        missing[i] = True
 
 
 @compiled
-def lanes(
-    seen: FloatArray, special: BoolArray, counted: BoolArray, t: float, gains: FloatArray, opening: FloatArray,
-    until: FloatArray, before: FloatArray, farthest: float, limit: float, wanted: BoolArray, each: bool,
-    found: FloatArray,
+def lane_errors(
+    z: FloatArray, truth: FloatArray, special: BoolArray, counted: BoolArray, t: float, gains: FloatArray,
+    opening: FloatArray, until: FloatArray, before: FloatArray, farthest: float, limit: float, wanted: BoolArray,
+    each: bool, found: FloatArray,
 ) -> None:  # fmt: skip
     """Sums of the errors of c groups of lanes.
 
     Args:
-        seen: truth and measurements, shape (n + 1, axes, 2) where all lanes see the same, else (n + 1, axes, 2,
-            LANES); the last row is room to work.
+        z: measurements, shape (n + 1, axes) where all lanes see the same, else (n + 1, axes, LANES); the last row is
+            room to work.
+        truth: shape (n, axes) or (n, axes, LANES).
         special: shape (n,), true for the samples of the start, those where any lane misses a measurement, and those
             where an error is not defined.
         counted: shape (3, n), where errors of each kind are defined, but for missing measurements.
@@ -70,47 +77,73 @@ def lanes(
         limit: of the magnitude of a smoothed position.
         wanted: shape (3,), the kinds of errors that are asked for.
         each: whether sums and greatest errors are asked for, or sums of squares alone.
-        found: shape (c, 3, 4, LANES), filled in: of every kind the sum, the sum of squares, the square of the greatest
+        found: shape (3, 4, c, LANES), filled in: of every kind the sum, the sum of squares, the square of the greatest
             and the number of errors; all NaN where a position passed the limit.
     """
-    n, axes, order = seen.shape[0] - 1, seen.shape[1], gains.shape[1]
-    states, sums = np.empty((axes, ROWS_OF_STATE, LANES)), np.empty((ROWS_OF_SUMS, LANES))
+    n, axes, order = truth.shape[0], truth.shape[1], gains.shape[1]
+    states, sums = np.empty((axes, ROWS_OF_AXIS, LANES)), np.empty((ROWS_OF_SUMS, LANES))
     noted = wanted[0] or wanted[2]
     for c in range(gains.shape[0]):
         # Small errors alone show that no position went too far. Only where they do not, every position is looked at.
         for watched in range(2):
             _begin(c, gains, t, before, states, sums)
             ordinary = n
-            for i in range(n):
+            i = 0
+            while i < n:
                 row = i
                 if special[i]:
-                    _prepare(seen, i, c, gains, opening, until, t, states, sums)
+                    _prepare(z, i, c, gains, opening, until, t, states, sums)
                     row, ordinary = n, ordinary - 1
+                elif not noted and not each and watched == 0 and _plain(special, i):
+                    for axis in range(axes):
+                        if order == 2:
+                            step2(z, i, truth, i, STRETCH, axis, t, False, states)
+                        elif order == 3:
+                            step3(z, i, truth, i, STRETCH, axis, t, False, states)
+                        else:
+                            step4(z, i, truth, i, STRETCH, axis, t, False, states)
+                    i += STRETCH
+                    continue
                 for axis in range(axes):
                     if order == 2:
-                        step2(seen, row, axis, t, noted, states, sums)
+                        step2(z, row, truth, i, 1, axis, t, noted, states)
                     elif order == 3:
-                        step3(seen, row, axis, t, noted, states, sums)
+                        step3(z, row, truth, i, 1, axis, t, noted, states)
                     else:
-                        step4(seen, row, axis, t, noted, states, sums)
-                    for kind in range(3):
-                        if wanted[kind]:
-                            what = MEASURED if kind == 2 else TRUE
-                            which = 0 if kind == 1 else PREDICTED
-                            # The squares of estimation errors have been added on the way.
-                            for into in range(1 if kind == 1 else 0, 2 if each else 1):
-                                add_squares(seen, row, axis, what, states, which, sums, 3 * into + kind)
+                        step4(z, row, truth, i, 1, axis, t, noted, states)
+                    # The squares of estimation errors have been added on the way.
+                    if wanted[0]:
+                        for into in range(SQUARES, JOINT + 1 if each else JOINT, 3):
+                            add_squares(truth, i, axis, PREDICTED, states, sums, into)
+                    if wanted[1] and each:
+                        add_squares(truth, i, axis, 0, states, sums, JOINT + 1)
+                    if wanted[2]:
+                        for into in range(SQUARES + 2, JOINT + 3 if each else JOINT + 2, 3):
+                            add_squares(z, row, axis, PREDICTED, states, sums, into)
                     if watched > 0 and counted[1, i]:
                         _watch(states, axis, sums)
                 if special[i]:
-                    _settle(seen, i, c, gains, counted, t, states, sums)
+                    _settle(z, i, c, gains, counted, t, states, sums)
                 if each:
                     for kind in range(3):
                         if wanted[kind]:
                             fold(sums, kind)
+                i += 1
+            _gather(states, sums)
             if watched == 0 and _clear(sums, farthest, n * axes, limit):
                 break
         _report(c, sums, ordinary, limit, found)
+
+
+@compiled
+def _plain(special: BoolArray, i: int) -> bool:
+    """Whether the next samples are nothing special."""
+    if i + STRETCH > len(special):
+        return False
+    count = 0
+    for k in range(i, i + STRETCH):
+        count += special[k]
+    return count == 0
 
 
 @compiled
@@ -120,6 +153,8 @@ def _begin(c: int, gains: FloatArray, t: float, before: FloatArray, states: Floa
         for lane in range(LANES):
             sums[row, lane] = 0.0
     for axis in range(before.shape[0]):
+        for lane in range(LANES):
+            states[axis, ESTIMATION, lane] = 0.0
         for r in range(before.shape[1]):
             for lane in range(LANES):
                 states[axis, r, lane] = before[axis, r, lane]
@@ -139,19 +174,20 @@ def _steady(c: int, gains: FloatArray, t: float, states: FloatArray) -> None:
 
 @compiled
 def _prepare(
-    seen: FloatArray, i: int, c: int, gains: FloatArray, opening: FloatArray, until: FloatArray, t: float,
+    z: FloatArray, i: int, c: int, gains: FloatArray, opening: FloatArray, until: FloatArray, t: float,
     states: FloatArray, sums: FloatArray,
 ) -> None:  # fmt: skip
     """Gains and measurements of a special sample; and its sums are kept, for errors that turn out not to be defined.
 
-    The last row of what is seen becomes this sample: where nothing was measured that is 0, and so are the gains.
+    The last row of z becomes this sample: where nothing was measured that is 0, and so are the gains.
     """
     for row in range(3):
         for lane in range(LANES):
             sums[KEPT + row, lane] = sums[SQUARES + row, lane]
-    for axis in range(seen.shape[1]):
+    for axis in range(z.shape[1]):
         for lane in range(LANES):
-            missing = np.isnan(at(seen, i, axis, MEASURED, lane))
+            states[axis, KEPT_HERE, lane] = states[axis, ESTIMATION, lane]
+            missing = np.isnan(at(z, i, axis, lane))
             starting = i < until.shape[1] and until[axis, i] > gains[c, 0, lane]
             back = 1.0
             for r in range(gains.shape[1]):
@@ -160,14 +196,14 @@ def _prepare(
                 elif starting:
                     states[axis, GAINS + r, lane] = opening[axis, i, r] * back
                 back = back / t
-    this, room = seen[i].reshape(-1), seen[-1].reshape(-1)
+    this, room = z[i].reshape(-1), z[-1].reshape(-1)
     for k in range(len(this)):
         room[k] = 0.0 if np.isnan(this[k]) else this[k]
 
 
 @compiled
 def _settle(
-    seen: FloatArray, i: int, c: int, gains: FloatArray, counted: BoolArray, t: float, states: FloatArray,
+    z: FloatArray, i: int, c: int, gains: FloatArray, counted: BoolArray, t: float, states: FloatArray,
     sums: FloatArray,
 ) -> None:  # fmt: skip
     """Count the errors of a special sample, take back what was added where they are not defined, and go on steadily."""
@@ -175,13 +211,16 @@ def _settle(
         for lane in range(LANES):
             defined = counted[kind, i]
             if kind == 2:
-                for axis in range(seen.shape[1]):
-                    defined = defined and not np.isnan(at(seen, i, axis, MEASURED, lane))
+                for axis in range(z.shape[1]):
+                    defined = defined and not np.isnan(at(z, i, axis, lane))
             if defined:
                 sums[COUNT + kind, lane] += 1
             else:
                 sums[SQUARES + kind, lane] = sums[KEPT + kind, lane]
                 sums[JOINT + kind, lane] = 0.0
+                if kind == 1:
+                    for axis in range(z.shape[1]):
+                        states[axis, ESTIMATION, lane] = states[axis, KEPT_HERE, lane]
     _steady(c, gains, t, states)
 
 
@@ -191,6 +230,14 @@ def _watch(states: FloatArray, axis: int, sums: FloatArray) -> None:
     for lane in range(LANES):
         if not abs(states[axis, 0, lane]) <= sums[FARTHEST, lane]:
             sums[FARTHEST, lane] = abs(states[axis, 0, lane])
+
+
+@compiled
+def _gather(states: FloatArray, sums: FloatArray) -> None:
+    """Add up over the axes what each has summed for itself."""
+    for axis in range(states.shape[0]):
+        for lane in range(LANES):
+            sums[SQUARES + 1, lane] += states[axis, ESTIMATION, lane]
 
 
 @compiled
@@ -216,7 +263,7 @@ def _report(c: int, sums: FloatArray, ordinary: int, limit: float, found: FloatA
     for kind in range(3):
         for lane in range(LANES):
             kept = 1.0 if sums[FARTHEST, lane] <= limit else np.nan
-            found[c, kind, 0, lane] = sums[TOTAL + kind, lane] * kept
-            found[c, kind, 1, lane] = sums[SQUARES + kind, lane] * kept
-            found[c, kind, 2, lane] = sums[GREATEST + kind, lane] * kept
-            found[c, kind, 3, lane] = (ordinary + sums[COUNT + kind, lane]) * kept
+            found[kind, 0, c, lane] = sums[TOTAL + kind, lane] * kept
+            found[kind, 1, c, lane] = sums[SQUARES + kind, lane] * kept
+            found[kind, 2, c, lane] = sums[GREATEST + kind, lane] * kept
+            found[kind, 3, c, lane] = (ordinary + sums[COUNT + kind, lane]) * kept
