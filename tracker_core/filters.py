@@ -26,6 +26,8 @@ class Setting:
 
     Attributes:
         z: shape (n_samples, n_axes), m; NaN where a measurement is missing.
+        columns: the same, shape (n_axes, n_samples), contiguous. A copy: for arrays that may not be written, such as
+            those of an experiment, all would be compiled again.
         dt: the interval before each sample, or the one number if it is constant, s.
         order: of the filter.
         start: a name in STARTS.
@@ -34,6 +36,7 @@ class Setting:
     """
 
     z: FloatArray
+    columns: FloatArray
     dt: FloatArray
     order: int
     start: str
@@ -41,16 +44,13 @@ class Setting:
     limit: float
 
     def column(self, axis: int) -> FloatArray:
-        """The measurements of one axis, contiguous.
+        """The measurements of one axis."""
+        return self.columns[axis]
 
-        Always a copy: for arrays that may not be written, such as those of an experiment, all would be compiled again.
-        """
-        return np.array(self.z[:, axis])
-
-    def blank(self) -> FloatArray:
-        """Room for the states of every axis, all NaN: axis first while filtering, so that each is contiguous."""
+    def room(self) -> FloatArray:
+        """Room for the states of every axis: axis first while filtering, so that each is contiguous."""
         samples, axes = self.z.shape
-        return np.full((axes, samples, self.order), np.nan)
+        return np.empty((axes, samples, self.order))
 
     def begin(self, axis: int, g: FloatArray, predicted: FloatArray, smoothed: FloatArray) -> tuple[FloatArray, int]:
         """Start one axis with gains g; its order may be below that of the setting. See `starts.start_axis`."""
@@ -58,17 +58,17 @@ class Setting:
         return start_axis(self.start, self.column(axis), self.dt, g, given, predicted, smoothed)
 
     def track(self, predicted: FloatArray, smoothed: FloatArray, stop: int) -> Track:
-        """The track from arrays of shape (n_axes, n_samples, order), without what comes after sample `stop`."""
-        samples = len(self.z)
-        predicted[:, stop + 1 :] = np.nan
-        smoothed[:, stop + 1 :] = np.nan
-        bridged = np.isnan(self.z) & ~np.isnan(smoothed[:, :, 0].T)
+        """The track from arrays of shape (n_axes, n_samples, order), filled up to sample `stop`."""
+        from tracker_core import kernels  # compiled code is loaded when the first filter runs
+
+        innovation = np.empty(self.z.shape)
+        missing = kernels.finish(self.columns, stop, predicted, smoothed, innovation)
         return Track(
             predicted=predicted.transpose(1, 0, 2),
             smoothed=smoothed.transpose(1, 0, 2),
-            innovation=self.z - predicted[:, :, 0].T,
-            missing=int(bridged.sum()),
-            stopped_at=stop if stop < samples else None,
+            innovation=innovation,
+            missing=missing,
+            stopped_at=stop if stop < len(self.z) else None,
             limit=self.limit,
         )
 
@@ -86,7 +86,7 @@ def set_up(
     check_start(start, order, initial_state, z.shape[1])
     POSITIVE.check("limit", limit)
     given = None if initial_state is None else np.asarray(initial_state, dtype=np.float64)
-    return Setting(z, _intervals(measurements), order, start, given, float(limit))
+    return Setting(z, np.array(z.T, order="C"), _intervals(measurements), order, start, given, float(limit))
 
 
 def run_filter(
@@ -117,20 +117,14 @@ def run_filter(
     setting = set_up(measurements, gains.order, start=start, initial_state=initial_state, limit=limit)
     from tracker_core import kernels  # compiled code is loaded when the first filter runs
 
-    predicted, smoothed = setting.blank(), setting.blank()
+    predicted, smoothed = setting.room(), setting.room()
     g = gains.vector
-    stops = []
-    for axis in range(setting.z.shape[1]):
-        state, begin = setting.begin(axis, g, predicted[axis], smoothed[axis])
-        over = np.flatnonzero(np.abs(smoothed[axis, :begin, 0]) > setting.limit)
-        if over.size:
-            stops.append(int(over[0]))
-            continue
-        recursion = kernels.TRACK[gains.order]
-        stops.append(
-            recursion(setting.column(axis), setting.dt, g, state, begin, setting.limit, predicted[axis], smoothed[axis])
-        )
-    return setting.track(predicted, smoothed, min(stops))
+    stop = len(setting.z)
+    for axis, z in enumerate(setting.columns):
+        x, s = predicted[axis], smoothed[axis]
+        state, begin = setting.begin(axis, g, x, s)
+        stop = min(stop, kernels.track(z, setting.dt, g, state, begin, setting.limit, x, s))
+    return setting.track(predicted, smoothed, stop)
 
 
 def check_measurements(measurements: Measurements) -> FloatArray:

@@ -76,7 +76,7 @@ def start_axis(
         dt: interval before each sample, or the one number if it is constant, s.
         g: shape (order,), normalised gains.
         given: shape (order,), the state before the first sample, for the start "known".
-        predicted, smoothed: shape (n, order); what lies before the recursion is filled in here.
+        predicted, smoothed: shape (n, order); what lies before the recursion is filled in here, NaN where undefined.
 
     Returns:
         The state before the recursion, and the index of the sample where it begins.
@@ -87,17 +87,26 @@ def start_axis(
     if given is not None:
         return given.astype(np.float64), 0
     order, points = len(g), STARTS[start].points
-    seen = np.flatnonzero(~np.isnan(z))
+    seen = _first_measured(z, max(points, order if start == "expanding" else 1))
     if len(seen) < points:
         raise InputError("positions", f"must hold at least {points} measurements per axis for '{start}'", len(seen))
     # A growing memory begins with the gain 1: a filter that keeps a gain as high is started by its first measurement.
     if start == "expanding" and g[0] < 1:
-        return _expand(z, dt, g, seen[:order], predicted, smoothed)
-    points = max(points, 1)
-    smoothed[seen[:points], 0] = z[seen[:points]]
-    state, _ = _through(z, dt, seen[:points], order)
-    smoothed[seen[points - 1]] = state
-    return state, int(seen[points - 1]) + 1
+        return _expand(z, dt, g, seen, predicted, smoothed)
+    seen = seen[:points]
+    begin = int(seen[-1]) + 1
+    predicted[:begin] = smoothed[:begin] = np.nan
+    smoothed[seen, 0] = z[seen]
+    state, _ = _through(z, dt, seen, order)
+    smoothed[begin - 1] = state
+    return state, begin
+
+
+def _first_measured(z: FloatArray, count: int) -> IntArray:
+    """Where the first `count` measurements are; all of them where there are fewer."""
+    if not np.isnan(z[:count]).any():
+        return np.arange(min(count, len(z)))
+    return np.flatnonzero(~np.isnan(z))[:count]
 
 
 def _expand(
@@ -107,6 +116,7 @@ def _expand(
     from tracker_core import kernels  # compiled code is loaded when the first filter runs
 
     order, n = len(g), len(z)
+    predicted[: seen[0] + 1] = smoothed[: seen[0]] = np.nan
     for count in range(1, len(seen) + 1):
         here = int(seen[count - 1])
         state, inverse = _through(z, dt, seen[:count], order)

@@ -133,8 +133,10 @@ class Draft:
     @classmethod
     def of(cls, problem: Problem) -> Draft:
         """Nothing known yet."""
-        blank = problem.setting.blank
-        return cls(problem, blank(), blank(), blank(), [])
+        room = problem.setting.room
+        used = room()
+        used.fill(np.nan)
+        return cls(problem, room(), room(), used, [])
 
     def begin(self, axis: int) -> tuple[FloatArray, int]:
         """The state after the start of an axis, and where its recursion begins: past the end if it was stopped."""

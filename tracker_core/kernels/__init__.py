@@ -7,7 +7,7 @@ the recursion begins at sample `begin`. Nothing is validated here.
 
 from tracker_core.kernels.banks import bank_choice, bank_mixture
 from tracker_core.kernels.lanes import lane_errors, transposed
-from tracker_core.kernels.recursions import TRACK, autoregress, least_squares_start, step_response
+from tracker_core.kernels.recursions import autoregress, finish, least_squares_start, step_response, track
 from tracker_core.kernels.selections import (
     candidate_scores,
     sample_search,
@@ -19,16 +19,17 @@ from tracker_core.kernels.steps import LANES
 
 __all__ = [
     "LANES",
-    "TRACK",
     "autoregress",
     "bank_choice",
     "bank_mixture",
     "candidate_scores",
+    "finish",
     "lane_errors",
     "least_squares_start",
     "sample_search",
     "scheduled",
     "step_response",
+    "track",
     "transposed",
     "weight_costs",
     "window_search",

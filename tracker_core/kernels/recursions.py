@@ -115,6 +115,44 @@ def track4(
 
 
 @compiled
+def track(
+    z: FloatArray, dt: FloatArray, g: FloatArray, state: FloatArray, begin: int, limit: float,
+    predicted: FloatArray, smoothed: FloatArray,
+) -> int:  # fmt: skip
+    """The filter whose order the gains have, unless a position before its first sample passed the limit."""
+    for i in range(begin):
+        if abs(smoothed[i, 0]) > limit:
+            return i
+    if g.shape[0] == 2:
+        return track2(z, dt, g, state, begin, limit, predicted, smoothed)
+    if g.shape[0] == 3:
+        return track3(z, dt, g, state, begin, limit, predicted, smoothed)
+    return track4(z, dt, g, state, begin, limit, predicted, smoothed)
+
+
+@compiled
+def finish(
+    z: FloatArray, stop: int, predicted: FloatArray, smoothed: FloatArray, innovation: FloatArray
+) -> int:  # fmt: skip
+    """Make a track of what was filtered up to sample `stop`: what comes after becomes NaN, innovations are taken.
+
+    z (axes, n), states (axes, n, order), innovation (n, axes). Returns how many missing measurements were bridged.
+    """
+    axes, n, order = predicted.shape
+    bridged = 0
+    for axis in range(axes):
+        for i in range(n):
+            if i > stop:
+                for r in range(order):
+                    predicted[axis, i, r] = np.nan
+                    smoothed[axis, i, r] = np.nan
+            innovation[i, axis] = z[axis, i] - predicted[axis, i, 0]
+            if np.isnan(z[axis, i]) and not np.isnan(smoothed[axis, i, 0]):
+                bridged += 1
+    return bridged
+
+
+@compiled
 def least_squares_start(
     z: FloatArray, dt: FloatArray, alpha: float, state: FloatArray, covariance: FloatArray, begin: int,
     predicted: FloatArray, smoothed: FloatArray,
@@ -227,6 +265,3 @@ def step_response(gains: FloatArray, band: float, horizon: int, overshoot: Float
                 break
         overshoot[point] = highest if settled else np.nan
         settling[point] = last if settled else np.inf
-
-
-TRACK = {2: track2, 3: track3, 4: track4}
