@@ -25,9 +25,9 @@ from layouts.scenes import Scenes
 from layouts.services import Services
 from layouts.studies import Studies
 from tracker_core import DESIGNS, Experiment, run_experiment
-from tracker_core.batch import batch_errors
+from tracker_core.batch import errors_of_runs
 from tracker_core.checks import Domain, InputError
-from tracker_core.run import observe
+from tracker_core.run import observe_runs
 from tracker_core.starts import STARTS
 from tracker_core.tuning.cluster import Cluster
 from tracker_core.types import ORDERS
@@ -37,7 +37,7 @@ PAGES = (explore, stability, tune, compare, track, papers)
 PORT = Domain(1, 65535, whole=True)
 
 READY = threading.Event()
-"""Set when the first user no longer has to wait for a compiler."""
+"""Set when the first page no longer has to wait for a compiler."""
 
 
 def build(executor: Executor | None = None) -> Dash:
@@ -95,15 +95,20 @@ def _add_health(server: FastAPI) -> None:
 
 
 def warm_up() -> None:
-    """Compile every kernel, then say that the server is ready."""
+    """Compile what every page needs, say that the server is ready, then compile what studies need.
+
+    A study that comes before that waits for its kernels; nothing else does.
+    """
     for order in ORDERS:
         for start in STARTS.values():
             if order >= start.least_order:
                 run_experiment(Experiment.from_dict({"order": order, "xi": 0.8, "start": start.name, "samples": 20}))
-    truth, measurements, _ = observe(Experiment.from_dict({"samples": 20}))
-    for order in ORDERS:
-        batch_errors(measurements, truth, DESIGNS["fading-memory"].gains(order, xi=0.8)[None, :])
     READY.set()
+    filters = [DESIGNS["fading-memory"].gains(order, xi=0.8) for order in ORDERS]
+    # Many filters in one run, many runs of one target, and runs of a target that is drawn as well.
+    for scenario, runs in (("jeong-ship", 1), ("jeong-ship", 100), ("singer", 100)):
+        drawn = Experiment.from_dict({"scenario": scenario, "samples": 20, "order": 2, "xi": 0.8})
+        errors_of_runs(observe_runs(drawn, range(runs)), filters)
 
 
 def cluster(address: str) -> Executor | None:
