@@ -15,7 +15,7 @@
   document.addEventListener("deskbegin", ({ detail }) => {
     leave();
     if (!document.querySelector(`#${detail.page} [data-study]`)) return;
-    study = { page: detail.page, socket: null, seq: 0, query: null, asked: "", errors: [], figures: new Set(), tries: 0 };
+    study = { page: detail.page, socket: null, seq: 0, query: null, asked: "", askedQuery: null, errors: [], figures: new Set(), tries: 0 };
     connect();
   });
 
@@ -23,7 +23,9 @@
     if (!study || detail.page !== study.page) return;
     study.query = detail.link;
     const wanted = `${theme()}|${study.query}`;
-    if (wanted !== study.asked) ask();
+    if (wanted === study.asked) return;
+    // What was stopped stays stopped until something else is asked for.
+    ask(card().dataset.study === "stopped" && study.query === study.askedQuery ? "look" : "");
   });
 
   function connect() {
@@ -34,8 +36,10 @@
     socket.onopen = () => {
       if (mine !== study) return;
       mine.socket = socket;
-      // A server that was started anew computes the same again.
-      if (mine.query !== null && card().dataset.study !== "stopped") ask();
+      // A server that was started anew computes the same again; what is there already stays.
+      const wanted = `${theme()}|${mine.query}`;
+      const there = ["stopped", "done"].includes(card().dataset.study) && mine.asked === wanted;
+      if (mine.query !== null && !there) ask();
     };
     socket.onmessage = (event) => event.data.text().then((text) => mine === study && hear(JSON.parse(text)));
     socket.onclose = () => {
@@ -48,14 +52,18 @@
     mine.close = () => socket.close();
   }
 
-  function ask(stop) {
+  // What is wanted: to "stop", to "look" at what was stopped, else the study.
+  function ask(want) {
     if (!study.socket) return;
     study.seq = ++lastSeq;
-    if (!stop) {
-      study.asked = `${theme()}|${study.query}`;
+    if (want !== "stop") study.asked = `${theme()}|${study.query}`;
+    if (!want) {
+      study.askedQuery = study.query;
+      study.share = 0;
       card().dataset.study = "asked";
     }
-    study.socket.send(JSON.stringify({ seq: study.seq, query: study.query, theme: theme(), stop: Boolean(stop) }));
+    const question = { seq: study.seq, query: study.query, theme: theme() };
+    study.socket.send(JSON.stringify(want ? { ...question, [want]: true } : question));
   }
 
   function leave() {
@@ -74,6 +82,10 @@
       return;
     }
     if (message.seq !== study.seq) return;
+    if (message.state === "again") {
+      ask();
+      return;
+    }
     showErrors(message.errors || {});
     const share = message.of ? message.done / message.of : 0;
     if (message.of) study.share = share;
@@ -93,7 +105,7 @@
       case "done":
         return seconds ? `Done in ${duration(seconds)}.` : "Done.";
       case "stopped":
-        return `Stopped at ${percent}.`;
+        return study.share ? `Stopped at ${percent}.` : "Stopped.";
       case "failed":
         return "The study failed; the server's log says why.";
       default:
@@ -177,7 +189,7 @@
     if (!button || !card()) return;
     if (button.id === `${study.page}-study-stop`) {
       const going = ["running", "queued"].includes(card().dataset.study);
-      ask(going);
+      ask(going ? "stop" : "");
     } else if (button.dataset.controls && button.closest(`#${study.page}`)) {
       gainscope.desk.editAll(JSON.parse(button.dataset.controls));
     }

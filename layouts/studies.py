@@ -32,8 +32,12 @@ AT_ONCE = 2
 STEP = 0.25
 """Seconds between two partial results."""
 
-REMEMBERED = 8
-"""Outcomes that are kept for whoever asks again: a reload, another theme."""
+PACE = 5
+"""A partial result takes at most one part in this of a study's time, however large it is."""
+
+REMEMBERED = 32
+REMEMBERED_SCORES = 8_000_000
+"""Outcomes that are kept for whoever asks again, a reload or another theme; and the scores that they may hold."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -70,10 +74,11 @@ class Studies:
         self._outcomes: OrderedDict[Study, Progress[Any]] = OrderedDict()
 
     def attach(self, server: FastAPI, path: str, begin: Begin) -> None:
-        """Serve a page's studies on a socket: questions `{seq, query, theme}` or `{seq, stop: true}`.
+        """Serve a page's studies on a socket: questions `{seq, query, theme}`, with `stop` or `look` true or not.
 
-        Answers are `{seq, state}`, with `place` while "queued"; `done`, `of`, `seconds`, `remaining` and `content`
-        while "running" and once "done"; `errors` by field where "refused".
+        `stop` ends what runs; `look` asks for what a stopped study has come to, in another theme say. Answers are
+        `{seq, state}`, with `place` while "queued"; `done`, `of`, `seconds`, `remaining` and `content` while "running"
+        and once "done"; `errors` by field where "refused". To "again" the same is to be asked once more.
         """
 
         @server.websocket(path)
@@ -99,16 +104,18 @@ class Studies:
                 page.stop()
                 sending.cancel()
 
-    def close(self) -> None:
-        """Begin nothing more; what runs ends by itself."""
-        self._drivers.shutdown(wait=False, cancel_futures=True)
-
     def outcome(self, study: Study) -> Progress[Any] | None:
         """What a study came to, if it has been run lately."""
         found = self._outcomes.get(study)
         if found is not None:
             self._outcomes.move_to_end(study)
         return found
+
+    def _remember(self, study: Study, progress: Progress[Any]) -> None:
+        """Keep an outcome, as long as there is room."""
+        self._outcomes[study] = progress
+        while len(self._outcomes) > REMEMBERED or sum(map(_scores, self._outcomes.values())) > REMEMBERED_SCORES:
+            self._outcomes.popitem(last=False)
 
     def enter(self, asked: _Asked) -> None:
         """Run it now or put it at the end of the line."""
@@ -139,7 +146,7 @@ class Studies:
     def _drive(self, asked: _Asked) -> None:
         """In a thread: take one part after the other until it is done or nobody wants it any more."""
         try:
-            begun, shown = perf_counter(), 0.0
+            begun, next_at = perf_counter(), STEP
             stream = asked.study.stream(self._executor)
             progress = None
             asked.post({"seq": asked.view[0], "state": "running", "done": 0, "of": 1, "seconds": 0, "remaining": None})
@@ -148,19 +155,26 @@ class Studies:
                     stream.close()  # type: ignore[attr-defined]
                     return
                 now = perf_counter() - begun
-                if progress.done < progress.of and now - shown >= STEP:
+                if progress.done < progress.of and now >= next_at:
+                    asked.last = (progress, now)
                     asked.post(asked.shown(progress, now))
-                    shown = perf_counter() - begun
+                    after = perf_counter() - begun
+                    next_at = after + max(STEP, PACE * (after - now))
             if progress is not None:
-                self._outcomes[asked.study] = progress
-                while len(self._outcomes) > REMEMBERED:
-                    self._outcomes.popitem(last=False)
-                asked.post(asked.shown(progress, perf_counter() - begun))
+                seconds = perf_counter() - begun
+                message = asked.shown(progress, seconds)
+                asked.loop.call_soon_threadsafe(self._remember, asked.study, progress)
+                asked.end(message)
         except InputError as error:
             asked.end(refusal(error))
         except (Exception, asyncio.CancelledError):  # noqa: BLE001 - whatever it was, the page must hear of it
             _LOG.exception("A study failed")
             asked.end({"state": "failed"})
+
+
+def _scores(progress: Progress[Any]) -> int:
+    """How many scores an outcome holds."""
+    return int(getattr(getattr(progress.outcome, "scores", None), "size", 0))
 
 
 def refusal(error: InputError) -> dict[str, Any]:
@@ -178,8 +192,8 @@ class _Asked:
             that runs for it looks at it in another way, another theme say.
         tell: sends to the page, from the server's loop.
         loop: that loop.
-        stopped: set once nobody wants it any more.
-        last: how far it had come when it was shown last.
+        stopped: set once nobody wants it any more, or it has ended.
+        last: how far it had come when it was shown last, and after how many seconds; None once it has ended.
     """
 
     study: Study
@@ -195,14 +209,20 @@ class _Asked:
             self.loop.call_soon_threadsafe(self.tell, message)
 
     def end(self, message: Mapping[str, Any]) -> None:
-        """Send the last word on it, from a thread: whoever asks again begins anew."""
+        """Send the last word on it, from a thread: whoever asks again is told what is remembered, or begins anew."""
         if not self.stopped.is_set():
             self.stopped.set()
-            self.loop.call_soon_threadsafe(self.tell, {"seq": self.view[0], **message})
+            self.last = None
+            self.loop.call_soon_threadsafe(self._last_word, message)
+
+    def _last_word(self, message: Mapping[str, Any]) -> None:
+        seq = self.view[0]
+        # A question that came while the answer to the one before was made is to be asked once more.
+        late = message.get("seq", seq) != seq
+        self.tell({"seq": seq, "state": "again"} if late else {"seq": seq, **message})
 
     def shown(self, progress: Progress[Any], seconds: float) -> dict[str, Any]:
         """How far it has come, as the page is told."""
-        self.last = (progress, seconds)
         over = progress.done >= progress.of
         rate = progress.done / seconds if seconds else 0.0
         # Taken once: a question that comes meanwhile is answered with what belongs to it.
@@ -225,6 +245,7 @@ class _Page:
         self._studies = studies
         self._begin = begin
         self._asked: _Asked | None = None
+        self._left: _Asked | None = None
         self._message: dict[str, Any] | None = None
         self._news = asyncio.Event()
 
@@ -254,13 +275,23 @@ class _Page:
             self.stop()
             self._say({"seq": seq, **refusal(error)})
             return
+        if question.get("look"):
+            await self._look(seq, study, content)
+            return
         present = self._asked
         if present is not None and present.study == study and not present.stopped.is_set():
             present.view = (seq, content)
-            if present.last is not None:
-                self._say(await asyncio.to_thread(present.shown, *present.last))
-            return
+            last = present.last
+            message = None if last is None else await asyncio.to_thread(present.shown, *last)
+            if not present.stopped.is_set():
+                # What has come meanwhile is newer.
+                if message is not None and present.last is last:
+                    self._say(message)
+                return
+            # It has ended meanwhile, and what it came to is being remembered.
+            await asyncio.sleep(0)
         self.stop()
+        self._left = None
         known = self._studies.outcome(study)
         asked = _Asked(study, (seq, content), self._say, asyncio.get_running_loop())
         self._asked = asked
@@ -269,8 +300,16 @@ class _Page:
         else:
             self._studies.enter(asked)
 
+    async def _look(self, seq: Any, study: Study, content: Content) -> None:
+        """What a study had come to when it was stopped."""
+        left, message = self._left, {"seq": seq, "state": "stopped"}
+        if left is not None and left.study == study and left.last is not None:
+            left.view = (seq, content)
+            message = await asyncio.to_thread(left.shown, *left.last) | message
+        self._say(message)
+
     def stop(self) -> None:
-        """What runs for this page is ended."""
+        """What runs for this page is ended; how far it has come can be looked at until something else is asked."""
         if self._asked is not None:
             self._studies.leave(self._asked)
-            self._asked = None
+            self._left, self._asked = self._asked, None

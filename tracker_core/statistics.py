@@ -24,7 +24,7 @@ _REDRAWN = 400
 """Resamples of a bootstrap."""
 
 _GROUPS = 200
-"""More runs than this are resampled in as many groups of neighbours: their means carry the same variance."""
+"""More runs than this are resampled in as many groups of neighbours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,10 +129,35 @@ def least_places(places: FloatArray, scores: FloatArray, *, redraws: int = _REDR
     place = float(_vertices(places, scores.mean(axis=0)[None])[0])
     if len(scores) < 2:
         return place, np.empty(0)
+    sums, sizes = scores, np.ones(len(scores))
     if len(scores) > _GROUPS:
-        scores = np.array([group.mean(axis=0) for group in np.array_split(scores, _GROUPS)])
-    draws = np.random.default_rng(0).multinomial(len(scores), np.full(len(scores), 1 / len(scores)), redraws)
-    return place, _vertices(places, draws @ scores / len(scores))
+        groups = np.array_split(scores, _GROUPS)
+        sums, sizes = np.array([group.sum(axis=0) for group in groups]), np.array([len(group) for group in groups])
+    draws = np.random.default_rng(0).multinomial(len(sums), np.full(len(sums), 1 / len(sums)), redraws)
+    return place, _vertices(places, draws @ sums / (draws @ sizes)[:, None])
+
+
+def place_interval(place: float, again: FloatArray, runs: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
+    """Where the true place of the least mean lies, from what `least_places` gives.
+
+    A bootstrap of few runs is too sure of itself: it knows the variance no better than the runs do, and takes that of
+    n runs for that of n - 1. Its quantiles are widened about the place as far as Student's distribution is wider than
+    the normal one, and by the root of n/(n - 1).
+
+    Args:
+        place, again: the place, and where it lies when the runs are drawn anew.
+        runs: how many there are.
+        confidence: of the interval.
+
+    Returns:
+        Both ends; NaN for fewer than two runs.
+    """
+    if not again.size or runs < 2:
+        return float("nan"), float("nan")
+    low, high = np.quantile(again, ((1 - confidence) / 2, (1 + confidence) / 2))
+    normal = NormalDist().inv_cdf((1 + confidence) / 2)
+    wider = t_quantile(confidence, runs - 1) / normal * sqrt(runs / (runs - 1))
+    return place + wider * (float(low) - place), place + wider * (float(high) - place)
 
 
 def _vertices(places: FloatArray, means: FloatArray) -> FloatArray:

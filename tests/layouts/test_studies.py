@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import pytest
 from fastapi import FastAPI
 
+from layouts import studies
 from layouts.live import MESSAGE_LIMIT
 from layouts.studies import AT_ONCE, REMEMBERED, Studies
 from tracker_core import InputError
@@ -99,6 +100,15 @@ class Stage:
     def socket(self, **more):
         return Socket(self.server, **more)
 
+    def studies_step(self, seconds):
+        """Partial results after that time; gives back what it was."""
+        before, studies.STEP = studies.STEP, seconds
+
+        def back():
+            studies.STEP = before
+
+        return back
+
 
 def played(test):
     """Run a test in an event loop of its own, and let what still waits go on afterwards."""
@@ -109,9 +119,8 @@ def played(test):
             try:
                 await test(stage)
             finally:
-                for name in ("a", "b", "c", "d", "wrong", "broken", *(f"n{i}" for i in range(20))):
+                for name in (*"abcd", "wrong", "broken", *(f"n{i}" for i in range(REMEMBERED + 1))):
                     stage.gates.gate(name).set()
-                stage.studies.close()
 
         asyncio.run(play())
 
@@ -215,6 +224,31 @@ async def test_what_was_run_lately_is_known(stage):
     other.say(seq=2, query="n0")
     await other.until("done", seq=2)
     assert stage.gates.begun.count("n0") == 2
+
+
+@played
+async def test_a_stopped_study_can_be_looked_at_and_stays_stopped(stage):
+    page = stage.socket()
+    page.say(seq=1, query="a")
+    await page.until("running")
+    page.say(seq=2, query="a", stop=True)
+    await page.until("stopped", seq=2)
+    stage.gates.gate("a").set()
+    page.say(seq=3, query="a", theme="dark", look=True)
+    looked = await page.until("stopped", seq=3)
+    # Nothing had been shown of it yet.
+    assert set(looked) == {"seq", "state"}
+    slow = stage.studies_step(0.0)
+    page.say(seq=4, query="b")
+    await page.until("running", done=1, of=10)
+    page.say(seq=5, query="b", stop=True)
+    await page.until("stopped", seq=5)
+    page.say(seq=6, query="b", theme="dark", look=True)
+    looked = await page.until("stopped", seq=6)
+    assert looked["content"] == {"texts": {"said": "b 1 dark"}}
+    assert looked["done"] == 1
+    slow()
+    assert stage.gates.begun == ["a", "b"]
 
 
 @played

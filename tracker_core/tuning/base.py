@@ -11,14 +11,14 @@ from tracker_core.scenarios import SCENARIOS
 
 OutcomeT = TypeVar("OutcomeT")
 
-MOST_STEPS = 2 * 10**10
+MOST_STEPS = 10**11
 """Filter steps (one sample of one axis by one filter) that a study may take: some minutes on one processor."""
 
 MOST_SCORES = 5_000_000
 """Scores, one per run and filter, that a study keeps."""
 
 BLOCK_STEPS = 10_000_000
-"""Filter steps after which a part of a study ends: a few hundredths of a second."""
+"""Filter steps after which a part of a study ends: some hundredths of a second."""
 
 WEIGHT = Domain(0, 1)
 

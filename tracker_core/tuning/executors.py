@@ -16,8 +16,8 @@ from typing import TypeVar
 TaskT = TypeVar("TaskT")
 PartT = TypeVar("PartT")
 
-AHEAD = 4
-"""Parts per worker that are handed over before the first of them is back."""
+AHEAD = 2
+"""Parts per worker that are handed over before the first of them is back: few, since studies stand in one line."""
 
 
 @cache

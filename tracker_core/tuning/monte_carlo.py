@@ -28,6 +28,9 @@ FILTERS = Domain(1, 7, whole=True)
 METHOD_STEPS = 500
 """A filter whose gains are chosen as it runs counts as this many."""
 
+STREAM_STEPS, VALUE_STEPS = 8_000, 3
+"""Filter steps that take as long as it does to begin the noise of an axis, and to draw a value of it."""
+
 _ERRORS = tuple(name for name in METRICS if name.partition("_")[0] in KINDS)
 
 FIGURES = (*_ERRORS, "noise_reduction")
@@ -164,8 +167,10 @@ class MonteCarlo:
         check_steps("runs", self.runs, self._steps(self.runs))
 
     def _steps(self, runs: int) -> int:
+        first = self.experiments[0]
         weights = sum(1 if experiment.method is None else METHOD_STEPS for experiment in self.experiments)
-        return runs * weights * steps_of(self.experiments[0])
+        drawn = steps_of(first) * VALUE_STEPS + steps_of(first) // first.samples * STREAM_STEPS
+        return runs * (weights * steps_of(first) + drawn)
 
     def stream(self, executor: Executor | None = None) -> Iterator[Progress[Comparison]]:
         """The comparison as it grows; closing the iterator ends the work."""

@@ -18,7 +18,7 @@ from tracker_core.experiment import PARAMETERS as DESIGN_PARAMETERS
 from tracker_core.experiment import Experiment
 from tracker_core.region import BOX, gain_interval
 from tracker_core.stability import stable
-from tracker_core.statistics import Interval, least_places, mean_interval
+from tracker_core.statistics import Interval, least_places, mean_interval, place_interval
 from tracker_core.tuning.base import WEIGHT, Progress, check_scores, check_steps, steps_of
 from tracker_core.tuning.evaluate import effective_runs, scored
 from tracker_core.tuning.objectives import OBJECTIVES
@@ -143,8 +143,10 @@ def usual_values(
     ends = _span(experiment, what)
     first, last = ends[0] if low is None else low, ends[1] if high is None else high
     if not first < last:
-        name, value, rule = ("high", high, f"> {first:g}") if low is not None or high is not None else ("low", low, "")
-        raise InputError(name, f"must be {rule}", value)
+        # The end that was given is the one to be mended.
+        if high is None:
+            raise InputError("low", f"must be < {last:g}", low)
+        raise InputError("high", f"must be > {first:g}", high)
     if what.logarithmic:
         POSITIVE.check("low", first)
         return tuple(float(value) for value in np.geomspace(first, last, points))
@@ -221,11 +223,14 @@ class SweepOutcome:
         values = np.array(self.sweep.values)
         scores = np.where(self.stable, self.scores[row], np.inf)
         logarithmic = PARAMETERS[self.sweep.parameter].logarithmic
-        place, again = least_places(np.log(values) if logarithmic else values, scores)
+        near = np.log(values) if logarithmic else values
+        place, again = least_places(near, scores)
         if not isfinite(place):
             nothing = float("nan")
             return Optimum(nothing, nothing, nothing, Interval(nothing, nothing, nothing), 0, at_edge=False)
-        low, high = np.quantile(again, (0.025, 0.975)) if again.size else (np.nan, np.nan)
+        ends = place_interval(place, again, len(scores))
+        # The widened interval of few runs may leave what was looked at.
+        low, high = (min(max(end, near[0]), near[-1]) for end in ends)
         back = exp if logarithmic else float
         index = int(np.nanargmin(np.where(np.isfinite(scores).all(axis=0), scores.mean(axis=0), inf)))
         mean, width = mean_interval(scores[:, index])
@@ -235,13 +240,17 @@ class SweepOutcome:
     def cost(self, chosen: int, judge: int) -> Interval:
         """By how much one objective is worse where another is best, percent of its own best, with its 95 % interval.
 
+        NaN where the own best is zero.
+
         Args:
             chosen: number of the objective whose best value is taken.
             judge: number of the objective that is looked at.
         """
         taken, best = self.optimum(chosen).index, self.optimum(judge).index
         scores = self.scores[judge]
-        own = scores[:, best].mean()
+        own = float(scores[:, best].mean())
+        if not own:
+            return Interval(float("nan"), float("nan"), float("nan"))
         mean, width = mean_interval(100 * (scores[:, taken] - scores[:, best]) / own)
         return Interval(float(mean), float(mean - width), float(mean + width))
 
