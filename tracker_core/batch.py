@@ -160,7 +160,9 @@ def _check_runs(runs: Runs, kinds: tuple[str, ...]) -> tuple[FloatArray, FloatAr
     positions = np.require(runs.positions, np.float64, ["C", "W"])
     if positions.ndim != 3 or not positions.size:
         raise InputError("positions", "must have shape (n_runs, n_samples, n_axes)", positions.shape)
-    if not np.isfinite(positions.sum()) and np.isinf(positions).any():
+    with np.errstate(over="ignore", invalid="ignore"):
+        total = positions.sum()
+    if not np.isfinite(total) and np.isinf(positions).any():
         raise InputError("positions", "must be finite or NaN", "an infinite number")
     one = (1, *positions.shape[1:])
     if runs.truth is None:

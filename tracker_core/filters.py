@@ -13,7 +13,7 @@ import numpy as np
 
 from tracker_core.checks import POSITIVE, InputError, check_choice
 from tracker_core.conventions import Gains
-from tracker_core.starts import STARTS, start_axis
+from tracker_core.starts import STARTS, start_axes, start_axis
 from tracker_core.types import FloatArray, Measurements, Track
 
 STOP_LIMIT = 1e12
@@ -61,12 +61,18 @@ class Setting:
         """The track from arrays of shape (n_axes, n_samples, order), filled up to sample `stop`."""
         from tracker_core import kernels  # compiled code is loaded when the first filter runs
 
-        innovation = np.empty(self.z.shape)
+        innovation = np.empty(self.columns.shape)
         missing = kernels.finish(self.columns, stop, predicted, smoothed, innovation)
+        return self.finished(predicted, smoothed, innovation, missing, stop)
+
+    def finished(
+        self, predicted: FloatArray, smoothed: FloatArray, innovation: FloatArray, missing: int, stop: int
+    ) -> Track:
+        """The track from arrays that `kernels.finish` has seen."""
         return Track(
             predicted=predicted.transpose(1, 0, 2),
             smoothed=smoothed.transpose(1, 0, 2),
-            innovation=innovation,
+            innovation=innovation.T,
             missing=missing,
             stopped_at=stop if stop < len(self.z) else None,
             limit=self.limit,
@@ -118,13 +124,14 @@ def run_filter(
     from tracker_core import kernels  # compiled code is loaded when the first filter runs
 
     predicted, smoothed = setting.room(), setting.room()
-    g = gains.vector
-    stop = len(setting.z)
-    for axis, z in enumerate(setting.columns):
-        x, s = predicted[axis], smoothed[axis]
-        state, begin = setting.begin(axis, g, x, s)
-        stop = min(stop, kernels.track(z, setting.dt, g, state, begin, setting.limit, x, s))
-    return setting.track(predicted, smoothed, stop)
+    g, innovation = gains.vector, np.empty(setting.columns.shape)
+    states, begins = start_axes(
+        setting.start, setting.columns, setting.dt, g, setting.initial_state, predicted, smoothed
+    )
+    stop, missing = kernels.track(
+        setting.columns, setting.dt, g, states, begins, setting.limit, predicted, smoothed, innovation
+    )
+    return setting.finished(predicted, smoothed, innovation, missing, stop)
 
 
 def check_measurements(measurements: Measurements) -> FloatArray:

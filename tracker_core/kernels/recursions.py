@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from tracker_core.kernels.compiled import compiled
-from tracker_core.types import FloatArray
+from tracker_core.types import FloatArray, IntArray
 
 
 @compiled
@@ -115,41 +115,49 @@ def track4(
 
 
 @compiled
-def track(
-    z: FloatArray, dt: FloatArray, g: FloatArray, state: FloatArray, begin: int, limit: float,
-    predicted: FloatArray, smoothed: FloatArray,
-) -> int:  # fmt: skip
-    """The filter whose order the gains have, unless a position before its first sample passed the limit."""
-    for i in range(begin):
-        if abs(smoothed[i, 0]) > limit:
-            return i
-    if g.shape[0] == 2:
-        return track2(z, dt, g, state, begin, limit, predicted, smoothed)
-    if g.shape[0] == 3:
-        return track3(z, dt, g, state, begin, limit, predicted, smoothed)
-    return track4(z, dt, g, state, begin, limit, predicted, smoothed)
+def finish(z: FloatArray, stop: int, predicted: FloatArray, smoothed: FloatArray, innovation: FloatArray) -> int:
+    """Make a track of what was filtered up to sample `stop`: what comes after becomes NaN, innovations are taken.
+
+    z and innovation (axes, n), states (axes, n, order). Returns how many missing measurements were bridged.
+    """
+    bridged = 0
+    for axis in range(z.shape[0]):
+        for i in range(stop + 1, z.shape[1]):
+            for r in range(predicted.shape[2]):
+                predicted[axis, i, r] = smoothed[axis, i, r] = np.nan
+        for i in range(z.shape[1]):
+            innovation[axis, i] = z[axis, i] - predicted[axis, i, 0]
+        for i in range(z.shape[1]):
+            bridged += np.isnan(z[axis, i]) and not np.isnan(smoothed[axis, i, 0])
+    return bridged
 
 
 @compiled
-def finish(
-    z: FloatArray, stop: int, predicted: FloatArray, smoothed: FloatArray, innovation: FloatArray
-) -> int:  # fmt: skip
-    """Make a track of what was filtered up to sample `stop`: what comes after becomes NaN, innovations are taken.
+def track(
+    z: FloatArray, dt: FloatArray, g: FloatArray, states: FloatArray, begins: IntArray, limit: float,
+    predicted: FloatArray, smoothed: FloatArray, innovation: FloatArray,
+) -> tuple[int, int]:  # fmt: skip
+    """Every axis, with the filter whose order the gains have, from its state and sample on; then see `finish`.
 
-    z (axes, n), states (axes, n, order), innovation (n, axes). Returns how many missing measurements were bridged.
+    z (axes, n), states (axes, order), begins (axes,). Returns the index at which the run stopped, and how many missing
+    measurements were bridged.
     """
-    axes, n, order = predicted.shape
-    bridged = 0
-    for axis in range(axes):
-        for i in range(n):
-            if i > stop:
-                for r in range(order):
-                    predicted[axis, i, r] = np.nan
-                    smoothed[axis, i, r] = np.nan
-            innovation[i, axis] = z[axis, i] - predicted[axis, i, 0]
-            if np.isnan(z[axis, i]) and not np.isnan(smoothed[axis, i, 0]):
-                bridged += 1
-    return bridged
+    stop = z.shape[1]
+    for axis in range(z.shape[0]):
+        begin, end = begins[axis], z.shape[1]
+        for i in range(begin):
+            if abs(smoothed[axis, i, 0]) > limit:
+                end = min(end, i)
+        if end == z.shape[1]:
+            column, state, x, s = z[axis], states[axis], predicted[axis], smoothed[axis]
+            if g.shape[0] == 2:
+                end = track2(column, dt, g, state, begin, limit, x, s)
+            elif g.shape[0] == 3:
+                end = track3(column, dt, g, state, begin, limit, x, s)
+            else:
+                end = track4(column, dt, g, state, begin, limit, x, s)
+        stop = min(stop, end)
+    return stop, finish(z, stop, predicted, smoothed, innovation)
 
 
 @compiled

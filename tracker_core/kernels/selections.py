@@ -14,14 +14,12 @@ from tracker_core.types import FloatArray, IntArray
 
 
 @compiled
-def _predict(state: FloatArray, t: float, out: FloatArray) -> None:
-    """out = F(t) state."""
+def _predict(state: FloatArray, forward: FloatArray, out: FloatArray) -> None:
+    """out = F(t) state, forward[d] = t^d/d!."""
     for r in range(state.shape[0]):
-        term = 1.0
         total = state[r]
         for c in range(r + 1, state.shape[0]):
-            term = term * t / (c - r)
-            total += term * state[c]
+            total += forward[c - r] * state[c]
         out[r] = total
 
 
@@ -41,10 +39,12 @@ def scheduled(
 ) -> int:  # fmt: skip
     """One axis with the gains of every sample given: gains (n, m), outputs (n, m)."""
     n = z.shape[0]
-    x = np.zeros_like(state)
+    x, forward, back = np.zeros_like(state), np.zeros_like(state), np.zeros_like(state)
     for i in range(begin, n):
         t = dt[i] if dt.shape[0] > 1 else dt[0]
-        _predict(state, t, x)
+        if i == begin or dt.shape[0] > 1:
+            powers_of(t, forward, back)
+        _predict(state, forward, x)
         predicted[i] = x
         e = z[i] - x[0]
         if not np.isnan(e):
@@ -180,12 +180,14 @@ def sample_search(
     neighbours are no better its vertex replaces the gain. Empty: no parabola.
     """
     n, count = z.shape[0], candidates.shape[0]
-    x = np.zeros_like(state)
+    x, forward, back = np.zeros_like(state), np.zeros_like(state), np.zeros_like(state)
     gains = np.zeros_like(state)
     values = candidates[:, which].copy()
     for i in range(begin, n):
         t = dt[i] if dt.shape[0] > 1 else dt[0]
-        _predict(state, t, x)
+        if i == begin or dt.shape[0] > 1:
+            powers_of(t, forward, back)
+        _predict(state, forward, x)
         predicted[i] = x
         e = z[i] - x[0]
         if not np.isnan(e):
