@@ -40,16 +40,17 @@ class Entry:
     difference: Difference
 
 
-def forest_figure(entries: Sequence[Entry], metric: Metric, reference: str, theme: str) -> Figure:
+def forest_figure(entries: Sequence[Entry], metric: Metric, reference: str, theme: str, *, final: bool) -> Figure:
     """Per filter the difference in one metric with its interval; hollow where it may be chance.
 
-    In percent of the reference's mean, or in the metric's unit where that is percent itself or the mean is zero.
+    In percent of the reference's mean, or in the metric's unit where that is percent itself or percent are not known.
 
     Args:
         entries: the filters, from above.
         metric: which one.
         reference: name of the filter that they are compared with.
         theme: "light" or "dark".
+        final: whether the last run is in; before it nothing is told from chance, and all are hollow.
     """
     t = tokens(theme)
     in_percent = metric.unit != "%" and not any(isnan(entry.difference.percent.mean) for entry in entries)
@@ -57,7 +58,11 @@ def forest_figure(entries: Sequence[Entry], metric: Metric, reference: str, them
     means = [_interval(entry, in_percent=in_percent).mean for entry in entries]
     span = _span(means)
     near = [span is None or isnan(mean) or span[0] <= mean <= span[1] for mean in means]
-    data = [_line(entry, -row, unit, theme, in_percent=in_percent) for row, entry in enumerate(entries) if near[row]]
+    data = [
+        _line(entry, -row, unit, theme, in_percent=in_percent, final=final)
+        for row, entry in enumerate(entries)
+        if near[row]
+    ]
     notes = [] if entries else [_note("Pin a filter to compare it with.", t["ink-soft"])]
     notes += [
         _beyond(mean, -row, f"{significant(mean, 3)} {unit}", t["ink"])
@@ -122,25 +127,25 @@ def _beyond(mean: float, y: int, text: str, colour: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _line(entry: Entry, y: int, unit: str, theme: str, *, in_percent: bool) -> dict[str, Any]:
+def _line(entry: Entry, y: int, unit: str, theme: str, *, in_percent: bool, final: bool) -> dict[str, Any]:
     difference, t = entry.difference, tokens(theme)
     interval = _interval(entry, in_percent=in_percent)
     colour = t["smoothed"] if entry.slot == PRESENT else t[f"pin-{entry.slot}"]
     symbol = "circle" if entry.slot == PRESENT else PIN_LOOKS[entry.slot][1]
     known = not isnan(interval.low)
-    verdict = "significant" if difference.significant else "not significant"
+    verdict = (": significant" if difference.significant else ": not significant") if final else ""
     said = f"{significant(interval.mean, 3)} {unit}, {significant(interval.low, 3)} to {significant(interval.high, 3)}"
     return {
         "type": "scatter", "mode": "markers", "x": [interval.mean], "y": [y], "name": escape(entry.name, quote=False),
         "marker": {
-            "symbol": symbol if difference.significant else f"{symbol}-open", "size": 12, "color": colour,
+            "symbol": symbol if final and difference.significant else f"{symbol}-open", "size": 12, "color": colour,
             "line": {"width": 2, "color": colour},
         },
         "error_x": {
             "type": "data", "symmetric": False, "array": [interval.high - interval.mean if known else 0],
             "arrayminus": [interval.mean - interval.low if known else 0], "color": colour, "thickness": 2, "width": 6,
         },
-        "hovertemplate": f"{said}: {verdict}",
+        "hovertemplate": f"{said}{verdict}",
         "hoverlabel": {"namelength": -1},
     }  # fmt: skip
 

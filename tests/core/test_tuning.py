@@ -302,6 +302,14 @@ def test_a_comparison_is_that_of_the_runs_themselves(more):
                 assert found.interval.mean == pytest.approx(gaps.mean(), rel=1e-8, abs=1e-9)
                 assert found.interval.high - found.interval.mean == pytest.approx(width, rel=1e-7, abs=1e-9)
                 assert found.significant == (abs(gaps.mean()) > width)
+                # The delta method: as if the ratio were known, the mean of i - ratio j is what is uncertain.
+                first, other = values[:, i, column], values[:, j, column]
+                ratio, size = first.mean() / other.mean(), abs(other.mean())
+                width = t_quantile(1 - 0.05 / 3, 11) * (first - ratio * other).std(ddof=1) / sqrt(12)
+                percent = 100 * gaps.mean() / size
+                assert found.percent.mean == pytest.approx(percent, rel=1e-8, abs=1e-9)
+                assert found.percent.high - found.percent.mean == pytest.approx(100 * width / size, rel=1e-6, abs=1e-6)
+                assert found.percent.low + found.percent.high == pytest.approx(2 * percent, rel=1e-8, abs=1e-9)
                 back = comparison.difference(figure, j, i)
                 assert (back.interval.low, back.interval.high) == (-found.interval.high, -found.interval.low)
 
@@ -342,6 +350,52 @@ def test_no_difference_is_significant_as_seldom_as_it_says():
             monte_carlo.Comparison(2, 25, np.zeros(2, int), moments).difference("estimation_rmse", 1, 0).significant
         )
     assert 20 - 18 <= chance <= 20 + 18
+
+
+@pytest.mark.parametrize("shared", [0.0, 0.9], ids=["apart", "together"])
+@pytest.mark.parametrize("ratio", [0.3, 1.0, 3.0])
+def test_an_interval_in_percent_holds_as_often_as_it_says(ratio, shared):
+    """Of 4,000 intervals of 95 % for a ratio of means some 200 miss it, 4 sigma and half a percent either way."""
+    rng, missed, tried = np.random.default_rng(12), 0, 0
+    while tried < 4_000:
+        common, own = rng.normal(0, 0.2, (100, 1, len(FIGURES))), rng.normal(0, 0.2, (100, 2, len(FIGURES)))
+        runs = (1 + shared * common + sqrt(1 - shared**2) * own) * np.array([1.0, ratio])[:, None]
+        comparison = monte_carlo.Comparison(2, 100, np.zeros(2, int), monte_carlo.Moments.of(runs))
+        for figure in FIGURES:
+            percent = comparison.difference(figure, 1, 0).percent
+            missed += not percent.low <= 100 * (ratio - 1) <= percent.high
+            tried += 1
+    assert abs(missed / tried - 0.05) <= 4 * sqrt(0.05 * 0.95 / tried) + 0.005
+
+
+def test_an_interval_in_percent_is_that_of_runs_drawn_anew():
+    rng = np.random.default_rng(3)
+    reference = rng.gamma(16, 1, 400)
+    values = np.stack([reference, 2 * reference * rng.gamma(25, 1 / 25, 400)], axis=1)
+    moments = monte_carlo.Moments.of(np.repeat(values[:, :, None], len(FIGURES), axis=2))
+    found = monte_carlo.Comparison(2, 400, np.zeros(2, int), moments).difference("estimation_rmse", 1, 0).percent
+    drawn = rng.multinomial(400, np.full(400, 1 / 400), 20_000) @ values
+    low, high = np.quantile(100 * (drawn[:, 1] / drawn[:, 0] - 1), [0.025, 0.975])
+    assert (found.low, found.high) == pytest.approx((low, high), abs=0.05 * (high - low))
+
+
+def test_filters_in_proportion_differ_by_a_percentage_that_is_certain():
+    reference = np.random.default_rng(1).uniform(1, 2, (30, 1, len(FIGURES)))
+    moments = monte_carlo.Moments.of(np.concatenate([reference, 3 * reference], axis=1))
+    found = monte_carlo.Comparison(2, 30, np.zeros(2, int), moments).difference("estimation_rmse", 1, 0)
+    assert (found.percent.low, found.percent.high) == pytest.approx((200, 200), abs=1e-4)
+    assert found.interval.high - found.interval.low > 0.1
+
+
+@pytest.mark.parametrize("missing", [[0], [1], [0, 1]])
+def test_percent_are_known_where_both_filters_have_the_same_runs(missing):
+    values = np.random.default_rng(5).uniform(1, 2, (20, 2, len(FIGURES)))
+    values[7, missing] = np.nan
+    comparison = monte_carlo.Comparison(2, 20, np.zeros(2, int), monte_carlo.Moments.of(values))
+    found = comparison.difference("estimation_rmse", 1, 0)
+    assert found.runs == 19
+    assert not isnan(found.interval.low)
+    assert isnan(found.percent.mean) == isnan(found.percent.low) == (len(missing) == 1)
 
 
 # Executors and blocks ----------------------------------------------------------------------------------------------

@@ -277,8 +277,37 @@ def test_a_study_compares_every_filter_that_fits():
         assert cells[1][2] == "reference"
         assert cells[4] == ["–", "", ""]
         for number in (0, 2, 3):
-            said = difference_text(outcome.difference(name, number, 1), METRICS[name])
+            said = difference_text(outcome.difference(name, number, 1), METRICS[name], final=True)
             assert (cells[number][2], cells[number][1]) == said
+
+
+def test_nothing_is_called_significant_before_the_last_run():
+    """Who may stop at the first significant result finds one sooner or later."""
+    view = View(comparing=Comparing(runs=1_200))
+    study, content = begin({"query": to_query(settings(pins=PINS[:2], view=view)), "theme": "light", "seq": 1})
+    parts = list(study.stream())
+    assert len(parts) > 1
+    for part in parts:
+        shown, final = content(part), part is parts[-1]
+        drawn = shown["figures"]["compare-forest"]["data"]
+        text, cells = shown["texts"]["runs-text"], [cell for row in shown["rows"]["over-runs"][:-1] for cell in row[1:]]
+        differences = [part.outcome.difference("estimation_rmse", number, 0) for number in (1, 2)]
+        # There would be something to say from the first part on.
+        assert any(difference.significant for difference in differences)
+        assert [trace["error_x"]["array"][0] > 0 for trace in drawn] == [True] * len(drawn)
+        assert any(not trace["marker"]["symbol"].endswith("-open") for trace in drawn) == final
+        assert ("so far; verdicts come with the last run" in text) != final
+        assert text.startswith(f"{part.outcome.runs:,} runs, seeds 1 to {part.outcome.runs:,}")
+        assert any(tone in ("better", "worse") for _, tone, _ in cells) == final
+        assert ("significant" in json.dumps(shown)) == final
+
+
+def test_a_filter_alone_waits_for_no_verdicts():
+    study, content = begin({"query": to_query(settings(pins=[], view=View(comparing=Comparing(runs=5))))})
+    *_, last = study.stream()
+    text = content(replace(last, done=last.done - 1))["texts"]["runs-text"]
+    assert text.startswith("5 runs, seeds 1 to 5, so far. Means with their 95 % intervals.")
+    assert "verdict" not in text
 
 
 def test_the_means_of_a_study_are_those_of_its_runs():
@@ -359,10 +388,11 @@ def test_a_mean_is_said_to_the_digits_that_its_interval_leaves(interval, text):
 )
 def test_a_difference_that_is_significant_has_a_tone(metric, mean, tone):
     sure = Interval(mean, mean - 1, mean + 1)
-    text, got = difference_text(Difference(sure, sure, significant=True, runs=5), METRICS[metric])
+    text, got = difference_text(Difference(sure, sure, significant=True, runs=5), METRICS[metric], final=True)
     assert got == tone
     assert re.fullmatch(r"[+−]2.00 % \([+−]\d.00 to [+−]\d.00\)\nsignificant", text)
-    assert difference_text(Difference(sure, sure, significant=False, runs=5), METRICS[metric])[1] == "same"
+    chance = Difference(sure, sure, significant=False, runs=5)
+    assert difference_text(chance, METRICS[metric], final=True) == (text.replace("\n", "\nnot "), "same")
 
 
 def test_numbers_bear_their_sign():
@@ -373,7 +403,7 @@ def test_numbers_bear_their_sign():
 def test_where_percent_mean_nothing_the_unit_is_drawn(metric):
     absolute, none = Interval(1.0, 0.5, 1.5), Interval(float("nan"), float("nan"), float("nan"))
     entry = Entry(3, "x" * 40, Difference(absolute, none, significant=True, runs=3))
-    figure = forest_figure([entry], METRICS[metric], "a < b", "dark")
+    figure = forest_figure([entry], METRICS[metric], "a < b", "dark", final=True)
     assert figure["data"][0]["x"] == [1.0]
     title = figure["layout"]["xaxis"]["title"]["text"]
     assert title == f"difference to<br>a &lt; b ({'m' if metric == 'estimation_rmse' else 'percentage points'})"
@@ -416,12 +446,12 @@ def test_a_filter_far_off_is_named_at_the_edge():
         Entry(slot, f"pin {slot}", Difference(Interval(m, m - 0.1, m + 0.1), Interval(m, m - 0.1, m + 0.1), True, 20))
         for slot, m in enumerate(means, start=1)
     ]
-    figure = forest_figure(entries, METRICS["estimation_rmse"], "Present", "light")
+    figure = forest_figure(entries, METRICS["estimation_rmse"], "Present", "light", final=True)
     assert [trace["x"] for trace in figure["data"]] == [[1.3], [-0.7]]
     low, high = figure["layout"]["xaxis"]["range"]
     assert low < -0.7
     assert 1.3 < high < 2
     (note,) = figure["layout"]["annotations"]
     assert (note["text"], note["y"]) == ("9,062 % →", -2)
-    together = forest_figure(entries[:2], METRICS["estimation_rmse"], "Present", "light")
+    together = forest_figure(entries[:2], METRICS["estimation_rmse"], "Present", "light", final=True)
     assert "range" not in together["layout"]["xaxis"]

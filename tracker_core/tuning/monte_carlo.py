@@ -43,8 +43,10 @@ class Difference:
 
     Attributes:
         interval: the mean difference, in the unit of the metric.
-        percent: the same, in percent of the other's mean; NaN where that is zero.
-        significant: whether zero lies outside the interval.
+        percent: the same, in percent of the other's mean, which is itself uncertain; NaN where that is zero, or where
+            one of the two has the metric in a run in which the other has not.
+        significant: whether zero lies outside the interval of the mean difference; 95 % of that hold for a number of
+            runs that was fixed beforehand.
         runs: in which both have the metric.
     """
 
@@ -119,11 +121,7 @@ class Comparison:
         level = 1 - (1 - CONFIDENCE) / max(1, self.filters - 1) if confidence is None else confidence
         row = FIGURES.index(figure)
         interval = self._interval(row, number, reference, level)
-        base = (
-            float(self.moments.mean[row, reference, reference]) if self.moments.count[row, reference, reference] else 0
-        )
-        share = 100 / abs(base) if base else float("nan")
-        percent = Interval(interval.mean * share, interval.low * share, interval.high * share)
+        percent = self._percent(row, number, reference, level)
         significant = interval.low > 0 or interval.high < 0
         return Difference(interval, percent, significant, int(self.moments.count[row, number, reference]))
 
@@ -134,9 +132,30 @@ class Comparison:
         mean = float(self.moments.mean[row, i, j])
         if count < 2:
             return Interval(mean, float("nan"), float("nan"))
-        error = sqrt(float(self.moments.square[row, i, j]) / (count - 1) / count)
-        width = t_quantile(confidence, count - 1) * error
+        width = _width(float(self.moments.square[row, i, j]), count, confidence)
         return Interval(mean, mean - width, mean + width)
+
+    def _percent(self, row: int, i: int, j: int, confidence: float) -> Interval:
+        """By how much the mean of filter i is off that of filter j: a ratio of paired means, by the delta method."""
+        counts = self.moments.count[row]
+        count, base = int(counts[i, j]), float(self.moments.mean[row, j, j])
+        # The covariance of i and j follows from their difference only where all three are of the same runs.
+        if not base or not counts[i, i] == counts[j, j] == count:
+            return Interval(float("nan"), float("nan"), float("nan"))
+        shift, share = float(self.moments.mean[row, i, j]), 100 / abs(base)
+        if count < 2:
+            return Interval(shift * share, float("nan"), float("nan"))
+        ratio = 1 + shift / base
+        of_i, of_j, of_both = (float(self.moments.square[row, a, b]) for a, b in ((i, i), (j, j), (i, j)))
+        # Of i - ratio j, with 2 cov = i + j - (i - j); rounding may leave it a little below zero.
+        square = max((1 - ratio) * (of_i - ratio * of_j) + ratio * of_both, 0.0)
+        width = _width(square, count, confidence)
+        return Interval(shift * share, (shift - width) * share, (shift + width) * share)
+
+
+def _width(square: float, count: int, confidence: float) -> float:
+    """How far a mean may be off, from its sum of squared deviations over two runs or more."""
+    return t_quantile(confidence, count - 1) * sqrt(square / (count - 1) / count)
 
 
 @dataclass(frozen=True, slots=True)

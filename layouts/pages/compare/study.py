@@ -36,7 +36,10 @@ def begin(question: Mapping[str, Any]) -> tuple[MonteCarlo, partial[dict[str, An
 
 
 def content(settings: Settings, filters: list[Candidate], theme: str, progress: Progress[Comparison]) -> dict[str, Any]:
-    """The forest plot, the table and the sentence above it.
+    """The forest plot, the table and the sentence above it; what is significant is said with the last run only.
+
+    Looking again and again until something is significant finds something sooner or later: the confidence holds for
+    a number of runs fixed beforehand.
 
     Args:
         settings: of the page.
@@ -46,16 +49,17 @@ def content(settings: Settings, filters: list[Candidate], theme: str, progress: 
     """
     outcome, slot = progress.outcome, reference_of(settings)
     reference = [candidate.slot for candidate in filters].index(slot)
-    figure = settings.view.comparing.figure
+    figure, final = settings.view.comparing.figure, progress.done >= progress.of
+    forest = partial(forest_figure, reference=called(filters[reference]), theme=theme, final=final)
     entries = [
         Entry(candidate.slot, called(candidate), outcome.difference(figure, number, reference))
         for number, candidate in enumerate(filters)
         if number != reference
     ]
     return {
-        "figures": {"compare-forest": forest_figure(entries, METRICS[figure], called(filters[reference]), theme)},
-        "texts": {"runs-text": runs_text(settings, outcome, filters[reference])},
-        "rows": {"over-runs": rows(outcome, candidates(settings), filters, reference)},
+        "figures": {"compare-forest": forest(entries, METRICS[figure])},
+        "texts": {"runs-text": runs_text(settings, outcome, filters[reference], final=final)},
+        "rows": {"over-runs": rows(outcome, candidates(settings), filters, reference, final=final)},
     }
 
 
@@ -64,17 +68,20 @@ def called(candidate: Candidate) -> str:
     return "Present" if candidate.slot == PRESENT else candidate.name
 
 
-def runs_text(settings: Settings, outcome: Comparison, reference: Candidate) -> str:
+def runs_text(settings: Settings, outcome: Comparison, reference: Candidate, *, final: bool) -> str:
     """What the figures are made of, and what significant means here, in plain words."""
     first = settings.experiment.seed
-    text = f"{outcome.runs:,} runs, seeds {first:,} to {first + outcome.runs - 1:,}. Means with their 95 % intervals."
     others = outcome.filters - 1
+    text = f"{outcome.runs:,} runs, seeds {first:,} to {first + outcome.runs - 1:,}"
+    if not final:
+        text += ", so far; verdicts come with the last run" if others else ", so far"
+    text += ". Means with their 95 % intervals."
     if not others:
         return f"{text} Pin a filter to see differences."
-    text += (
-        f" Below each: its difference to {called(reference)} in the same runs, run by run. It is called significant "
-        "where zero lies outside its interval"
-    )
+    text += f" Below each: its difference to {called(reference)} in the same runs, run by run."
+    if not final:
+        return text
+    text += " It is called significant where zero lies outside its interval"
     if others == 1:
         return f"{text}, which has 95 %."
     level = significant(100 - 5 / others, 3)
@@ -84,7 +91,9 @@ def runs_text(settings: Settings, outcome: Comparison, reference: Candidate) -> 
     )
 
 
-def rows(outcome: Comparison, shown: Sequence[Candidate], filters: list[Candidate], reference: int) -> list[list[Any]]:
+def rows(
+    outcome: Comparison, shown: Sequence[Candidate], filters: list[Candidate], reference: int, *, final: bool
+) -> list[list[Any]]:
     """Per metric its title, and per filter its mean with the difference below it; last the runs that were stopped.
 
     Args:
@@ -92,6 +101,7 @@ def rows(outcome: Comparison, shown: Sequence[Candidate], filters: list[Candidat
         shown: every filter that has a column.
         filters: those of the study.
         reference: number of the one the others are compared with.
+        final: whether the last run is in.
     """
     number = {candidate.slot: place for place, candidate in enumerate(filters)}
     table: list[list[Any]] = []
@@ -107,7 +117,7 @@ def rows(outcome: Comparison, shown: Sequence[Candidate], filters: list[Candidat
             if len(filters) > 1:
                 below, tone = "reference", "same"
                 if place != reference:
-                    below, tone = difference_text(outcome.difference(name, place, reference), metric)
+                    below, tone = difference_text(outcome.difference(name, place, reference), metric, final=final)
             row.append([mean_text(outcome.own(name, place), metric), tone, below])
         table.append(row)
     stopped = [number.get(candidate.slot) for candidate in shown]
@@ -127,18 +137,19 @@ def mean_text(interval: Interval, metric: Metric) -> str:
     return f"{mean} ± {significant(half, 2)} {metric.unit}".rstrip()
 
 
-def difference_text(difference: Difference, metric: Metric) -> tuple[str, str]:
-    """A difference with its interval and whether it is more than chance, and its tone."""
+def difference_text(difference: Difference, metric: Metric, *, final: bool) -> tuple[str, str]:
+    """A difference with its interval and, with the last run, whether it is more than chance; and its tone."""
     in_percent = metric.unit != "%" and not isnan(difference.percent.mean)
     interval, unit = (difference.percent, "%") if in_percent else (difference.interval, metric.unit)
     if isnan(interval.low):
         return "–", "same"
-    verdict = "significant" if difference.significant else "not significant"
-    text = f"{signed(interval.mean)} {unit} ({signed(interval.low)} to {signed(interval.high)})\n{verdict}"
-    if not difference.significant:
+    text = f"{signed(interval.mean)} {unit} ({signed(interval.low)} to {signed(interval.high)})"
+    if not final:
         return text, "same"
+    if not difference.significant:
+        return f"{text}\nnot significant", "same"
     better = (difference.interval.mean < 0) == metric.lower_is_better
-    return text, "better" if better else "worse"
+    return f"{text}\nsignificant", "better" if better else "worse"
 
 
 def signed(value: float) -> str:
