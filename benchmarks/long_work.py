@@ -12,8 +12,8 @@ from benchmarks.drag import drag
 from benchmarks.serving import launch, server, settle
 
 RUNS = 1_000_000
-COMPARED = f"/compare?order=2&xi=0.6&pin1=order:2~design:kalata~tracking_index:0.5&runs={RUNS}"
-STATE = "() => document.querySelector('[data-study]').dataset.study"
+COMPARED = f"/compare?order=2&xi=0.6&pin1=kalata,order:2,tracking_index:0.5&runs={RUNS}"
+STATE = "() => document.querySelector('[data-study]')?.dataset.study"
 WATCH = """() => {
   const log = window.__study = [];
   const bar = document.querySelector('#compare-study-bar');

@@ -81,7 +81,7 @@ def kalman_rmse(
         for axis in range(z.shape[2]):
             filtered = one.compute(
                 z[:, :, axis], 0, initial_value=f @ state[axis, :order], initial_covariance=prediction,
-                smoothed=False, filtered=True, covariances=False, observations=False,
+                smoothed=False, filtered=True,
             ).filtered  # fmt: skip
             squares += (filtered.states.mean[:, :, 0] - truth[:, axis]) ** 2
         found.append(np.sqrt(squares.mean(axis=1)))
