@@ -15,6 +15,7 @@ from layouts.pages.tune.content import PLOT, begin
 from layouts.pages.tune.present import present_scores, present_value
 from layouts.pages.tune.rivals import HEAD
 from layouts.pages.tune.studies import study_of
+from layouts.pages.tune.view import layout
 from layouts.pages.tune.words import cost_text, found_text, gain_text, number, runs_text
 from layouts.state import Settings, View, from_query, to_query
 from layouts.text import significant
@@ -407,6 +408,23 @@ def test_the_answer_says_where_the_present_filter_stands(controls_for, request_f
     rest = ask(DESK, request_for(controls_for(view, order=2, alpha=0.5, beta=0.2)))
     assert rest["handles"][PLOT]["points"] == [[0.5, 0.2]]
     assert rest["present"]["parameter"] == "alpha"
+
+
+def test_the_handle_is_called_by_the_gains_of_the_boxes(controls_for, request_for):
+    """Half of the normalised gamma is what it takes to write it as 2 gamma / T^2."""
+    view = View(plane=("beta", "gamma"), tuning=Tuning("map"))
+    values = {"order": 3, "alpha": 0.5, "beta": 0.2, "gamma": 0.03, "convention": "taylor"}
+    handle = answer(DESK, request_for(controls_for(view, **values)))[1]["handles"][PLOT]
+    assert handle["labels"] == ["Present gains: α = 0.500, β = 0.200, γ = 0.0300"]
+    assert handle["points"] == [[0.2, 0.06]]
+
+
+def test_every_column_of_the_rivals_has_a_name_and_all_findings_grow_old_together():
+    (results,) = (part for part in layout()._traverse() if getattr(part, "className", None) == "study-results")
+    inside = {part.id for part in results._traverse() if getattr(part, "id", None)}
+    assert inside == {"tune-best", "tune-cost", "tune-use", "tune-cell", "tune-rivals"}
+    *_, last = (part for part in results._traverse() if type(part).__name__ == "Th")
+    assert (last.children.children, last.children.className) == ("Take", "visually-hidden")
 
 
 def test_menus_offer_what_can_be_tuned(controls_for, request_for):
