@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tracker_core import METRICS, Experiment, Gains, InputError, run_experiment
+from tracker_core.region import region_slice
 from tracker_core.responses import variance_reduction
 from tracker_core.run import observe
 from tracker_core.stability import is_stable
@@ -261,6 +262,28 @@ def test_the_best_cell_and_its_company():
     assert np.array_equal(near, t <= t_quantile(0.9, 19))
     alone = last(Map(experiment, ("alpha", "beta"), "estimation_rmse", 30, 30, runs=1))
     assert alone.near_best().sum() == 1
+
+
+def test_the_ranges_of_the_best_cells_go_from_edge_to_edge():
+    experiment = Experiment.from_dict({"order": 3, "xi": 0.6})
+    study = Map(experiment, ("beta", "gamma"), "estimation_rmse", 30, 24, runs=8)
+    outcome = last(study)
+    near = outcome.vectors[outcome.near_best()]
+    # The box around the region is known, and so are the sides of its cells.
+    border = region_slice(experiment.gains(), study.plane)
+    for gain, side, count, (low, high) in zip((1, 2), border, (30, 24), outcome.near_ranges(), strict=True):
+        half = (side.max() - side.min()) / count / 2
+        assert low == pytest.approx(near[:, gain].min() - half, rel=1e-9, abs=1e-12)
+        assert high == pytest.approx(near[:, gain].max() + half, rel=1e-9)
+    single = last(replace(study, runs=1))
+    best = single.vectors[single.best()]
+    for gain, along, (low, high) in zip((1, 2), (single.x, single.y), single.near_ranges(), strict=True):
+        assert high - low == pytest.approx(along[1] - along[0], rel=1e-9)
+        assert (low + high) / 2 == pytest.approx(best[gain], rel=1e-9)
+    assert replace(single, scores=single.scores * np.nan).near_ranges() is None
+    # The lowest row reaches down to where its gain vanishes.
+    everywhere = replace(outcome, scores=np.ones_like(outcome.scores))
+    assert everywhere.near_ranges()[1][0] == 0
 
 
 # Comparisons -------------------------------------------------------------------------------------------------------

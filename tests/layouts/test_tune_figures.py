@@ -210,6 +210,20 @@ def test_a_map_has_border_curves_and_the_best_cell(mapped):
     assert figure["layout"]["meta"] == {"study": "map", "theme": "light", "runs": 3, "plane": ["alpha", "beta"]}
 
 
+def test_a_plane_is_normalised_and_says_so_where_gains_are_written_otherwise():
+    experiment = Experiment.from_dict(SHIP | {"order": 3, "convention": "half"})
+    study = Map(experiment, ("beta", "gamma"), "estimation_rmse", 6, 6, runs=1)
+    figure = map_figure(study, end_of(study), "light")
+    titles = [figure["layout"][axis]["title"]["text"] for axis in ("xaxis", "yaxis")]
+    assert titles == ["β", "γ (normalised)"]
+    assert "β %{x:.3~g}, γ (normalised) %{y:.3~g}" in figure["data"][0]["hovertemplate"]
+    plain = replace(study, experiment=replace(experiment, convention="normalised"))
+    assert map_figure(plain, end_of(plain), "light")["layout"]["yaxis"]["title"]["text"] == "γ"
+    # Two of three gains: the designs' third one is their own.
+    curves = [f"{name}, projected" for name, _ in design_curves(3, ("beta", "gamma"))]
+    assert {trace["name"] for trace in figure["data"]} >= set(curves)
+
+
 def test_the_outline_goes_round_the_marked_cells():
     x, y = np.array([0.5, 1.5, 2.5]), np.array([10.0, 30.0])
     marked = np.array([[True, True, False], [False, False, False]])

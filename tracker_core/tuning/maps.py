@@ -23,6 +23,9 @@ from tracker_core.types import GAIN_NAMES, FloatArray
 CELLS = Domain(2, 200, whole=True)
 RUNS = Domain(1, 1_000, whole=True)
 
+ROUNDING = 1e-9
+"""Of a cell: what is less is nothing."""
+
 
 @dataclass(frozen=True, slots=True)
 class MapOutcome:
@@ -79,6 +82,17 @@ class MapOutcome:
         near[cell] = True
         return near
 
+    def near_ranges(self, row: int = 0) -> tuple[tuple[float, float], tuple[float, float]] | None:
+        """Between which values the cells lie that are not shown to be worse, half a cell more at either end.
+
+        Returns:
+            Lowest and highest of the horizontal gain and of the vertical one, normalised; None without a best cell.
+        """
+        if self.best(row) is None:
+            return None
+        near = self.spread(np.where(self.near_best(row), 1.0, 0.0)) == 1
+        return _reach(self.x[near.any(axis=0)], self.x), _reach(self.y[near.any(axis=1)], self.y)
+
     def cost(self, chosen: int, judge: int) -> Interval:
         """By how much one objective is worse where another is best, percent of its own best, with its 95 % interval."""
         taken, best = self.best(chosen), self.best(judge)
@@ -87,6 +101,14 @@ class MapOutcome:
         scores = self.scores[judge]
         mean, width = mean_interval(100 * (scores[:, taken] - scores[:, best]) / scores[:, best].mean())
         return Interval(float(mean), float(mean - width), float(mean + width))
+
+
+def _reach(marked: FloatArray, along: FloatArray) -> tuple[float, float]:
+    """The outer edges of marked cells, of which `along` has all middles."""
+    half = float(along[1] - along[0]) / 2
+    low, high = float(marked.min()) - half, float(marked.max()) + half
+    # The edge of the plane is where a gain vanishes; rounding leaves something of it.
+    return (low if abs(low) > half * ROUNDING else 0.0), high
 
 
 @dataclass(frozen=True, slots=True)

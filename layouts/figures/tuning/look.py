@@ -8,7 +8,10 @@ from typing import Any
 from layouts.figures.common import round_up
 from layouts.figures.papers.charts import typeset
 from layouts.theme import tokens
+from tracker_core.conventions import rewrite
+from tracker_core.fields import FIELDS
 from tracker_core.tuning import OBJECTIVES
+from tracker_core.types import GAIN_NAMES
 
 KINDS = {"tracking": "predicted", "estimation": "smoothed", "innovation": "observed", "": "counterpart"}
 """The colour of a score is that of what it is the error of."""
@@ -22,6 +25,12 @@ def kind_of(objective: str) -> str:
 def name_of(objective: str) -> str:
     """An objective on an axis and in a legend."""
     return OBJECTIVES[objective].title.removeprefix("Worst case: ").capitalize().replace("rmse", "RMSE")
+
+
+def axis_name(gain: str, convention: str) -> str:
+    """A gain along a plane, which is always normalised: said where the filter's own is written in another way."""
+    symbol = FIELDS[gain].symbol
+    return f"{symbol} (normalised)" if rewrite(1.0, GAIN_NAMES.index(gain), "normalised", convention) != 1 else symbol
 
 
 def hover(name: str, symbol: str, unit: str) -> str:

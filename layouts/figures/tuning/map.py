@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from layouts.figures.common import Figure, packed
 from layouts.figures.stability_map import CURVE_DASHES, design_curves
-from layouts.figures.tuning.look import name_of, ticks
+from layouts.figures.tuning.look import axis_name, name_of, ticks
 from layouts.theme import layout, tokens
-from tracker_core.fields import FIELDS
 from tracker_core.region import region_slice
 from tracker_core.tuning import Map, MapOutcome
 from tracker_core.types import GAIN_NAMES, FloatArray
@@ -39,7 +38,7 @@ def map_figure(study: Map, outcome: MapOutcome, theme: str) -> Figure:
         theme: "light" or "dark".
     """
     t = tokens(theme)
-    x_symbol, y_symbol = (FIELDS[name].symbol for name in study.plane)
+    x_name, y_name = (axis_name(gain, study.experiment.convention) for gain in study.plane)
     border = region_slice(study.experiment.gains(), study.plane)
     ranges = [_range(along) for along in border]
     data = [_heat(study, outcome, theme), _levels(outcome, theme)]
@@ -59,21 +58,21 @@ def map_figure(study: Map, outcome: MapOutcome, theme: str) -> Figure:
             showlegend=True,
             legend={"orientation": "h", "x": 0, "y": 0, "yref": "container", "yanchor": "bottom", "font": {"size": 11}},
             margin={"l": 56, "r": 12, "t": 12, "b": 104},
-            xaxis={"title": {"text": x_symbol}, "range": ranges[0]},
-            yaxis={"title": {"text": y_symbol}, "range": ranges[1]},
+            xaxis={"title": {"text": x_name}, "range": ranges[0]},
+            yaxis={"title": {"text": y_name}, "range": ranges[1]},
         ),
     }
 
 
 def _curves(study: Map, theme: str) -> list[dict[str, Any]]:
-    """The design curves as on the map of stability."""
-    t = tokens(theme)
+    """The design curves as on the map of stability; of a slice they miss the gains that it holds."""
+    t, seen = tokens(theme), "" if study.experiment.order == len(study.plane) else ", projected"
     return [
         {
             "type": "scatter", "mode": "lines", "x": packed(curve[:, 0]), "y": packed(curve[:, 1]),
             "line": {"width": 1.5, "color": t[f"curve-{index % 4 + 1}"],
                      "dash": CURVE_DASHES[index % len(CURVE_DASHES)]},
-            "name": name, "hoverinfo": "name",
+            "name": f"{name}{seen}", "hoverinfo": "name", "hoverlabel": {"namelength": -1},
         }
         for index, (name, curve) in enumerate(design_curves(study.experiment.order, study.plane))
     ]  # fmt: skip
@@ -115,7 +114,7 @@ def _heat(study: Map, outcome: MapOutcome, theme: str) -> dict[str, Any]:
     with np.errstate(divide="ignore", invalid="ignore"):
         colours = np.log10(np.clip(mean, low, high))
     marks = ticks(low, high)
-    x_symbol, y_symbol = (FIELDS[name].symbol for name in study.plane)
+    x_name, y_name = (axis_name(gain, study.experiment.convention) for gain in study.plane)
     return {
         "type": "heatmap", "x": packed(outcome.x, "f8"), "y": packed(outcome.y, "f8"), "z": _table(colours),
         "customdata": _table(mean), "zmin": log10(low), "zmax": log10(high), "name": name_of(study.objective),
@@ -126,7 +125,7 @@ def _heat(study: Map, outcome: MapOutcome, theme: str) -> dict[str, Any]:
             "ticktext": [text for _, text in marks],
             "tickfont": {"size": 10},
         },
-        "hovertemplate": f"%{{customdata:.4~g}} m<br>{x_symbol} %{{x:.3~g}}, {y_symbol} %{{y:.3~g}}<extra></extra>",
+        "hovertemplate": f"%{{customdata:.4~g}} m<br>{x_name} %{{x:.3~g}}, {y_name} %{{y:.3~g}}<extra></extra>",
     }  # fmt: skip
 
 

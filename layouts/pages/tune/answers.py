@@ -10,6 +10,7 @@ from layouts.figures.handles import gains_handle
 from layouts.filter_card import SLIDERS
 from layouts.pages.tune.content import PLOT
 from layouts.pages.tune.present import present_value
+from layouts.pages.tune.words import gains_text
 from layouts.run_cards import cards
 from layouts.shown import Shown
 from layouts.tuning import fields_in_use, objectives_offered
@@ -21,6 +22,8 @@ def report(shown: Shown) -> dict[str, Any]:
     tuning, experiment = shown.view.tuning, shown.settings.experiment
     parameter = tuning.parameter(experiment)
     handle = gains_handle(shown.result.gains, shown.view.plane)
+    # As the boxes and the sentences have them; the plane is normalised.
+    handle |= {"labels": [f"Present gains: {gains_text(shown.result.gains)}"]}
     if tuning.study != "map":
         handle |= {"points": [], "labels": [], "tones": []}
     return {

@@ -23,6 +23,7 @@ from tracker_core import Experiment
 from tracker_core.experiment import PARAMETERS
 from tracker_core.tuning import Map, MapOutcome, Optimum, Progress, Search, SearchOutcome, Sweep, SweepOutcome
 from tracker_core.tuning.evaluate import effective_runs
+from tracker_core.types import FloatArray
 
 PLOT = "tune-plot"
 
@@ -82,11 +83,11 @@ def _runs(study: Study, outcome: Any) -> str:
 
 
 def _sweep(study: Sweep, settings: Settings, outcome: SweepOutcome, best: Optimum, *, complete: bool) -> Said:
-    said = words.best_value_text(study, best)
+    said = words.best_value_text(study, best, complete=complete)
     if not isfinite(best.value):
         return {"best": said}, None
     if complete:
-        said += words.gain_text(outcome.scores[0][:, best.index], present_scores(study, settings.experiment))
+        said += _gain(study, settings, outcome.scores[0][:, best.index], "value")
     texts = {"best": f"{said}."}
     if len(study.objectives) > 1:
         found = [words.value_text(study, each) for each in (best, outcome.optimum(1))]
@@ -96,13 +97,15 @@ def _sweep(study: Sweep, settings: Settings, outcome: SweepOutcome, best: Optimu
 
 
 def _map(study: Map, settings: Settings, outcome: MapOutcome, *, complete: bool) -> Said:
-    best = outcome.best()
-    if best is None:
+    best, ranges = outcome.best(), outcome.near_ranges()
+    if best is None or ranges is None:
         return {"best": "In no cell all runs went to the end."}, None
     gains = study.at(outcome.vectors[best])
-    said = f"Best cell: {words.gains_text(gains)}: {words.score_text(study.objective, outcome.score(best))}"
+    place = words.gains_text(gains, dict(zip(study.plane, ranges, strict=True)))
+    score = words.score_text(study.objective, outcome.score(best))
+    said = f"{words.best_word('Best cell', complete=complete)}: {place}: {score}"
     if complete:
-        said += words.gain_text(outcome.scores[0][:, best], present_scores(study, settings.experiment))
+        said += _gain(study, settings, outcome.scores[0][:, best], "cell")
     near = int(outcome.near_best().sum())
     if near > 1:
         said += f". Outlined: the {near:,} cells that {outcome.runs:,} runs do not show to be worse"
@@ -112,6 +115,12 @@ def _map(study: Map, settings: Settings, outcome: MapOutcome, *, complete: bool)
         found = [words.gains_text(study.at(outcome.vectors[cell])) for cell in (best, knowing)]
         texts["cost"] = words.cost_text(found, outcome.cost(0, 1), outcome.runs)
     return texts, gains_controls(gains)
+
+
+def _gain(study: Sweep | Map, settings: Settings, best: FloatArray, what: str) -> str:
+    """How much better the best filter is than the present one; `best` has its scores, shape (runs,)."""
+    chance = effective_runs(study.experiment, study.objective, 2) > 1
+    return words.gain_text(best, present_scores(study, settings.experiment), what, chance=chance)
 
 
 def _search(settings: Settings, outcome: SearchOutcome, *, complete: bool) -> Said:

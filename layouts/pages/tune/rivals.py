@@ -18,7 +18,7 @@ from tracker_core.statistics import Interval, mean_interval
 from tracker_core.tuning import SearchOutcome
 from tracker_core.types import GAIN_NAMES
 
-HEAD = ["", "gains", "in the search (m)", "in fresh runs (m)", "more than found (%)", ""]
+HEAD = ["", "gains", "in the search (m)", "in fresh runs (m)", "more than found (%)", "Take"]
 DIGITS = 5
 """Of gains that are taken: runs leave fewer certain."""
 

@@ -35,6 +35,11 @@ HEADINGS = {
 }  # fmt: skip
 """Over the objectives, by the error that they are made from."""
 
+PLOT_LABEL = (
+    "How good the filter is over what is varied, the best and the present one marked. Over two of three or four gains "
+    "the designs' curves are projections: their other gains are not those of the plane."
+)
+
 
 def layout(**query: str) -> Component:
     """The page as a link describes it; what the link gets wrong is said above the study."""
@@ -81,29 +86,36 @@ def _study_card() -> Component:
                 html.Div(id=PLOT, className="plot"),
                 role="figure",
                 className="plot-frame",
-                **{"aria-label": "How good the filter is over what is varied, the best and the present one marked."},
+                **{"aria-label": PLOT_LABEL},
             ),
-            html.Div(
-                [
-                    html.Div(
-                        [html.P(id="tune-best"), html.P(id="tune-cost", className="cost")], className="found-text"
-                    ),
-                    html.Div(
-                        [
-                            html.Button("Use this", id="tune-use", type="button", className="primary", hidden=True),
-                            html.Button("Use the cell", id="tune-cell", type="button", className="quiet", hidden=True),
-                        ],
-                        className="found-tools",
-                    ),
-                ],
-                className="study-found",
-            ),
-            filled_table("tune-rivals", "The found gains and every design at its best", HEAD),
+            _results(),
             html.Div([html.Span(id="tune-runs", className="hint"), study_row("tune")], className="study-progress"),
         ],
         className="card study-card",
         **{"data-study": "", "aria-label": "Study"},
     )  # fmt: skip
+
+
+def _results() -> Component:
+    """What is said of the study beside its plot; it looks outdated while another question is refused."""
+    said = [html.P(id="tune-best"), html.P(id="tune-cost", className="cost")]
+    tools = [
+        html.Button("Use this", id="tune-use", type="button", className="primary", hidden=True),
+        html.Button("Use the cell", id="tune-cell", type="button", className="quiet", hidden=True),
+    ]
+    found = [html.Div(said, className="found-text"), html.Div(tools, className="found-tools")]
+    return html.Div(
+        [
+            html.Div(found, className="study-found"),
+            filled_table("tune-rivals", "The found gains and every design at its best", _head()),
+        ],
+        className="study-results",
+    )
+
+
+def _head() -> list[str | Component]:
+    *told, take = HEAD
+    return [*told, html.Th(html.Span(take, className="visually-hidden"), scope="col")]
 
 
 def _fields() -> list[Component]:

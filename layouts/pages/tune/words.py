@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import floor, isfinite, log10
 
 from layouts.figures.tuning.look import name_of
 from layouts.text import significant
 from tracker_core import Gains
+from tracker_core.conventions import rewrite
 from tracker_core.fields import FIELDS
 from tracker_core.statistics import Interval, mean_interval
 from tracker_core.tuning import PARAMETERS, Optimum, SearchOutcome, Sweep
@@ -49,19 +50,24 @@ def score_text(objective: str, score: Interval) -> str:
     return f"{said} ({low} to {high})" if isfinite(score.low) else said
 
 
-def best_value_text(sweep: Sweep, best: Optimum) -> str:
+def best_value_text(sweep: Sweep, best: Optimum, *, complete: bool) -> str:
     """The best value of a sweep with its interval, and the score there."""
     parameter = PARAMETERS[sweep.parameter]
     if not isfinite(best.value):
         return "No value that was looked at gives a stable filter whose runs went to the end."
     value, low, high = number(best.value, best.low, best.high)
     unit = f" {parameter.unit}" if parameter.unit else ""
-    said = f"Best: {symbol_of(sweep.parameter)} = {value}{unit}"
+    said = f"{best_word('Best', complete=complete)}: {symbol_of(sweep.parameter)} = {value}{unit}"
     said += f" (95 %: {low} to {high})" if isfinite(best.low) and best.high > best.low else ""
     if best.at_edge:
         side = "first" if best.index == 0 else "last"
         said += f", the {side} value that was looked at"
     return f"{said}: {score_text(sweep.objective, best.score)}"
+
+
+def best_word(word: str, *, complete: bool) -> str:
+    """What the best is called: while a study runs nothing is so for good."""
+    return word if complete else f"{word} so far"
 
 
 def value_text(sweep: Sweep, best: Optimum) -> str:
@@ -96,28 +102,46 @@ def found_text(outcome: SearchOutcome, *, complete: bool) -> str:
     return f"{said}. The best design, {title}, has {significant(more.mean, 2)} %{interval} more."
 
 
-def gains_text(gains: Gains) -> str:
-    """Gains in their convention."""
-    pairs = zip(GAIN_NAMES, gains.values, strict=False)
-    return ", ".join(f"{FIELDS[name].symbol} = {significant(value, 3)}" for name, value in pairs)
+def gains_text(gains: Gains, ranges: Mapping[str, tuple[float, float]] | None = None) -> str:
+    """Gains in their convention, with the range of those that have one (normalised)."""
+    said = []
+    for index, (name, value) in enumerate(zip(GAIN_NAMES, gains.values, strict=False)):
+        text = significant(value, 3)
+        if ranges and name in ranges:
+            low, high = (rewrite(end, index, "normalised", gains.convention) for end in ranges[name])
+            text, least, most = number(value, low, high)
+            text += f" ({least} to {most})"
+        said.append(f"{FIELDS[name].symbol} = {text}")
+    return ", ".join(said)
 
 
-def gain_text(best: FloatArray, present: FloatArray | None) -> str:
+def gain_text(best: FloatArray, present: FloatArray | None, what: str, *, chance: bool) -> str:
     """How much less the best filter has than the present one, in percent, with the interval of the paired runs.
 
     Args:
         best, present: their scores in the same runs, shape (runs,).
+        what: "value" or "cell", of which the best was chosen.
+        chance: whether other runs would give other scores; of a single one nothing is told then.
     """
-    if present is None or len(present) != len(best):
+    if present is None or len(present) != len(best) or (chance and len(best) == 1):
         return ""
     mean, width = map(float, mean_interval(100 * (present - best) / present.mean()))
     if not isfinite(mean):
         return ""
-    if abs(mean) < NOTHING:
-        return ", the same as with the present gains"
-    interval = f" ({significant(mean - width, 2)} to {significant(mean + width, 2)})" if isfinite(width) else ""
-    more = "less" if mean > 0 else "more"
-    return f", {significant(abs(mean), 2)} %{interval if mean > 0 else ''} {more} than with the present gains"
+    width = width if chance else 0.0
+    if abs(mean) + width < NOTHING:
+        return f", the same as with the present gains within {NOTHING} %"
+    share, less = _share_text(mean, width), "less" if mean > 0 else "more"
+    if mean <= width:
+        shown = "shown to be " if chance else ""
+        return f". No {what} is {shown}better than the present filter: the best one has {share} {less}"
+    return f", {share} less than with the present gains" + (" in the runs it was chosen by" if chance else "")
+
+
+def _share_text(mean: float, width: float) -> str:
+    """A change in percent, whichever way it goes, with its interval where it has one."""
+    interval = f" ({significant(abs(mean) - width, 2)} to {significant(abs(mean) + width, 2)})" if width else ""
+    return f"{significant(abs(mean), 2)} %{interval}"
 
 
 def cost_text(found: Sequence[str], cost: Interval, runs: int) -> str:
