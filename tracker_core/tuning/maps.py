@@ -99,7 +99,10 @@ class MapOutcome:
         if taken is None or best is None:
             return Interval(np.nan, np.nan, np.nan)
         scores = self.scores[judge]
-        mean, width = mean_interval(100 * (scores[:, taken] - scores[:, best]) / scores[:, best].mean())
+        own = float(scores[:, best].mean())
+        if not own:
+            return Interval(np.nan, np.nan, np.nan)
+        mean, width = mean_interval(100 * (scores[:, taken] - scores[:, best]) / own)
         return Interval(float(mean), float(mean - width), float(mean + width))
 
 

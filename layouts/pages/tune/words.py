@@ -149,15 +149,15 @@ def cost_text(found: Sequence[str], cost: Interval, runs: int) -> str:
 
     Args:
         found: what is best without and with the truth, in words.
-        cost: percent of the judge's own best.
+        cost: percent of the judge's own best; NaN where that is zero.
         runs: in which both were tried.
     """
-    if not isfinite(cost.mean):
-        return ""
     blind, knowing = found
     if blind == knowing:
         return "Tuned on the truth it would be the same: not knowing the truth costs nothing here."
     said = f"Tuned on the truth it would be {knowing}"
+    if not isfinite(cost.mean):
+        return f"{said}, with no estimation error left: no percentage says what not knowing it costs."
     if abs(cost.mean) < NOTHING:
         return f"{said}; not knowing it costs next to nothing: less than {NOTHING} % of estimation RMSE."
     interval = (
