@@ -21,6 +21,7 @@ from tracker_core.tuning.search import BUDGET
 
 SMALL = {"samples": 50, "seed": 4}
 SMALL_BUDGET = 4_000
+SPACE = {"scenario": "climbing-turn"}
 CASES = {
     "ship 2": Search(Experiment.from_dict(SMALL | {"order": 2, "xi": 0.5}), "estimation_rmse", 4, budget=SMALL_BUDGET),
     "turn 3": Search(
@@ -281,7 +282,7 @@ def test_a_method_s_gains_do_not_matter():
         ({"budget": 10}, "^budget must be a whole number >= 2,000"),
         ({"budget": 10**9}, "^budget must be"),
         ({"experiment": {"samples": 200_000}, "runs": 30}, f"^runs must be so small .* {MOST_STEPS:,}"),
-        ({"experiment": {"samples": 200_000}, "budget": 200_000}, "^samples must be <= 49,"),
+        ({"experiment": SPACE | {"samples": 200_000}, "budget": 200_000}, "^samples must be <= 166,"),
         ({"experiment": {"seed": 2**53 - 5}, "runs": 5}, "^seed must be"),
     ],
 )
@@ -293,10 +294,10 @@ def test_what_cannot_be_searched_is_refused(change, message):
 
 def test_the_most_samples_that_are_named_are_taken():
     with pytest.raises(InputError, match="samples") as refused:
-        Search(Experiment.from_dict({"samples": 200_000}), "estimation_rmse", 1, budget=200_000)
+        Search(Experiment.from_dict(SPACE | {"samples": 200_000}), "estimation_rmse", 1, budget=200_000)
     most = int(refused.value.rule.split("<= ")[1].split(" ")[0].replace(",", ""))
     for samples in (most, most + 1):
-        experiment = Experiment.from_dict({"samples": samples})
+        experiment = Experiment.from_dict(SPACE | {"samples": samples})
         if samples == most:
             Search(experiment, "estimation_rmse", 1, budget=200_000)
         else:
