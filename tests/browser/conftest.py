@@ -90,7 +90,7 @@ def open_page(browser: Browser, port: int) -> Iterator[Callable[..., Page]]:
     assert complaints == []
 
 
-WIDTHS = ((1440, 900), (1280, 800), (1024, 800), (860, 900), (390, 844), (360, 740))
+WIDTHS = ((1440, 900), (1024, 800), (390, 844), (360, 740))
 LIGHT_WIDTH, DARK_WIDTH = 1440, 390
 """Where axe looks, at the one in light and at the other in dark."""
 
