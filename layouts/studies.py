@@ -296,6 +296,7 @@ class _Page:
         asked = _Asked(study, (seq, content), self._say, asyncio.get_running_loop())
         self._asked = asked
         if known is not None:
+            asked.stopped.set()
             self._say(await asyncio.to_thread(asked.shown, known, 0.0))
         else:
             self._studies.enter(asked)

@@ -252,6 +252,17 @@ async def test_a_stopped_study_can_be_looked_at_and_stays_stopped(stage):
 
 
 @played
+async def test_what_is_known_is_told_as_often_as_it_is_asked_for(stage):
+    page = stage.socket()
+    stage.gates.gate("a").set()
+    for seq, theme in enumerate(("light", "dark", "light", "dark", "dark")):
+        page.say(seq=seq, query="a", theme=theme)
+        done = await page.until("done", seq=seq)
+        assert done["content"] == {"texts": {"said": f"a 10 {theme}"}}
+    assert stage.gates.begun == ["a"]
+
+
+@played
 async def test_a_page_that_goes_away_ends_its_study(stage):
     page = stage.socket()
     page.say(seq=1, query="a")
