@@ -14,11 +14,15 @@ from layouts.components import (
     error_line,
     metric_card,
     parameter_field,
+    plot_card,
+    sample_cursor,
     select_field,
     slider,
     slider_field,
     switch_field,
+    tip,
 )
+from layouts.state import EXAGGERATIONS
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS
 from tracker_core.adaptive import METHODS
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
@@ -250,4 +254,31 @@ def metrics_card(page: str, cards: Mapping[str, str], metrics: Mapping[str, Metr
         ],
         className="card metrics-card",
         **{"aria-label": "Metrics"},
+    )  # fmt: skip
+
+
+def exaggerate_field(page: str) -> Component:
+    """How much larger deviations from the truth are drawn."""
+    return select_field(
+        page, "exaggerate", "Deviations",
+        "Draws every deviation from the truth this many times larger, in path and close-up.",
+        [(factor, "to scale" if factor == "1" else f"× {factor}") for factor in EXAGGERATIONS],
+    )  # fmt: skip
+
+
+def axis_field(page: str, sentence: str) -> Component:
+    """Which coordinate is shown; the page's script offers those of the present target."""
+    axes = dict.fromkeys(axis for scenario in SCENARIOS.values() for axis in scenario.axes)
+    return select_field(page, "axis", "Axis", sentence, [(axis, axis) for axis in axes])
+
+
+def close_up_card(page: str, label: str) -> Component:
+    """Some thirty samples around the chosen one, and the slider that chooses it."""
+    return plot_card(
+        f"{page}-close-up", "Close-up", label,
+        [
+            html.Span(id=f"{page}-scale", className="hint"),
+            tip("30 samples", "Around the sample chosen below; click on any plot to choose another.", "hint"),
+        ],
+        [sample_cursor(page, "Sample in the close-up")],
     )  # fmt: skip

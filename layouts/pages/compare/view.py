@@ -13,18 +13,15 @@ from layouts.components import (
     error_line,
     filled_table,
     plot_card,
-    sample_cursor,
     select_field,
     study_row,
     tip,
 )
 from layouts.desk import stores
-from layouts.filter_card import filter_card, status_row, target_card
+from layouts.filter_card import axis_field, close_up_card, exaggerate_field, filter_card, status_row, target_card
 from layouts.pages.compare.answers import DESK
 from layouts.pins import SLOTS
-from layouts.state import EXAGGERATIONS
 from layouts.theme import PIN_LOOKS
-from tracker_core import SCENARIOS
 from tracker_core.batch import KINDS
 
 RUNS = (20, 100, 1_000, 10_000, 100_000, 1_000_000)
@@ -142,26 +139,13 @@ def swatch(slot: int) -> Component:
 
 
 def _plots() -> list[Component]:
-    exaggerate = select_field(
-        "compare", "exaggerate", "Deviations",
-        "Draws every deviation from the truth this many times larger, in path and close-up.",
-        [(factor, "to scale" if factor == "1" else f"× {factor}") for factor in EXAGGERATIONS],
-    )  # fmt: skip
-    axes = list(dict.fromkeys(axis for scenario in SCENARIOS.values() for axis in scenario.axes))
     return [
         plot_card(
             "compare-path", "Path", "The smoothed path of every filter, over the true and the observed one.",
             [tip("smoothed", "What each filter makes of every position once it has been measured.", "hint"),
-             exaggerate],
+             exaggerate_field("compare")],
         ),
-        plot_card(
-            "compare-close-up", "Close-up", "Thirty samples around the chosen one with every filter's estimates.",
-            [
-                html.Span(id="compare-scale", className="hint"),
-                tip("30 samples", "Around the sample chosen below; click on any plot to choose another.", "hint"),
-            ],
-            [sample_cursor("compare", "Sample in the close-up")],
-        ),
+        close_up_card("compare", "Thirty samples around the chosen one with every filter's estimates."),
         plot_card(
             "compare-error", "Error", "One error of every filter over time.",
             [select_field("compare", "compared", "Error", "Which error is shown over time.",
@@ -169,8 +153,7 @@ def _plots() -> list[Component]:
         ),
         plot_card(
             "compare-gains", "Gains", "Every gain of every filter over time, a row for each; constant ones are level.",
-            [select_field("compare", "axis", "Axis", "Of methods that choose their gains: for which coordinate.",
-                          [(axis, axis) for axis in axes])],
+            [axis_field("compare", "Of methods that choose their gains: for which coordinate.")],
         ),
     ]  # fmt: skip
 

@@ -5,13 +5,20 @@ from __future__ import annotations
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import filled_table, plot_card, sample_cursor, select_field, tip
+from layouts.components import filled_table, plot_card, select_field, tip
 from layouts.desk import stores
-from layouts.filter_card import filter_card, metrics_card, status_row, target_card
+from layouts.filter_card import (
+    axis_field,
+    close_up_card,
+    exaggerate_field,
+    filter_card,
+    metrics_card,
+    status_row,
+    target_card,
+)
 from layouts.pages.explore.answers import COMPARED, DESK, NUMBERS
 from layouts.run_cards import CARDS
-from layouts.state import EXAGGERATIONS
-from tracker_core import METRICS, SCENARIOS
+from tracker_core import METRICS
 from tracker_core.types import STATE_NAMES
 
 
@@ -46,24 +53,12 @@ def _controls() -> Component:
 
 
 def _plots() -> list[Component]:
-    exaggerate = select_field(
-        "explore", "exaggerate", "Deviations",
-        "Draws every deviation from the truth this many times larger, in path and close-up.",
-        [(factor, "to scale" if factor == "1" else f"× {factor}") for factor in EXAGGERATIONS],
-    )  # fmt: skip
-    axes = list(dict.fromkeys(axis for scenario in SCENARIOS.values() for axis in scenario.axes))
     return [
         plot_card(
-            "explore-path", "Path", "The path of the target: true, observed, predicted and smoothed.", [exaggerate]
+            "explore-path", "Path", "The path of the target: true, observed, predicted and smoothed.",
+            [exaggerate_field("explore")],
         ),
-        plot_card(
-            "explore-close-up", "Close-up", "Thirty samples of the path around the chosen one.",
-            [
-                html.Span(id="explore-scale", className="hint"),
-                tip("30 samples", "Around the sample chosen below; click on any plot to choose another.", "hint"),
-            ],
-            [sample_cursor("explore", "Sample in the close-up")],
-        ),
+        close_up_card("explore", "Thirty samples of the path around the chosen one."),
         plot_card(
             "explore-gains", "Gains over time", "The gains that the method chose for the axis shown, against time.",
             [tip("per axis", "Of the axis chosen under Over time.", "hint")],
@@ -72,7 +67,7 @@ def _plots() -> list[Component]:
         plot_card(
             "explore-time", "Over time", "One state of one axis against time.",
             [
-                select_field("explore", "axis", "Axis", "Which coordinate is shown.", [(axis, axis) for axis in axes]),
+                axis_field("explore", "Which coordinate is shown."),
                 select_field("explore", "quantity", "State", "Which state of it is shown.",
                              [(state, state) for state in STATE_NAMES]),
             ],
