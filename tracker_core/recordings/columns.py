@@ -1,0 +1,190 @@
+"""The chosen columns of a file as numbers, row by row as they stand there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+
+from tracker_core.checks import InputError
+from tracker_core.recordings.bounds import ID_LENGTH, LATE
+from tracker_core.recordings.clocks import CLOCKS
+from tracker_core.recordings.content import Content
+from tracker_core.recordings.findings import Ledger
+from tracker_core.recordings.numbers import NOTHING, Cells, numbers
+from tracker_core.recordings.reading import DECIMALS, DELIMITERS, Reading
+from tracker_core.recordings.rows import Row, rows
+from tracker_core.types import BoolArray, FloatArray, IntArray
+
+PARTS = {
+    "plane": ("x", "y", "z"),
+    "geographic": ("latitude", "longitude", "altitude"),
+    "polar": ("range", "bearing", "elevation"),
+}
+"""What the columns of a position hold, by frame."""
+
+_PIECE = 8192
+"""Rows that are converted at a time: as cells they take fifty times the room of their numbers."""
+
+_BETWEEN = re.compile(r"[,;\s]+")
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """The rows that have a time, in the order of the file.
+
+    Attributes:
+        ticks: shape (n,), of the clock of the reading; of rows without a column of the time, s from the first.
+        positions: shape (n, axes), in the units of the file; NaN where there is no number.
+        truth: the same of the true position; shape (n, 0) where the reading names none.
+        lines: shape (n,), number in the file, from 1.
+        rows: how many rows the table has, the names not counted.
+        others: how many of them belong to other tracks.
+    """
+
+    ticks: FloatArray
+    positions: FloatArray
+    truth: FloatArray
+    lines: IntArray
+    rows: int
+    others: int
+
+
+def columns(content: Content, reading: Reading, ledger: Ledger) -> Columns:
+    """The columns that a reading names.
+
+    Raises:
+        InputError: when no row is wide enough, no row belongs to the track, or a bound is passed.
+    """
+    pieces = []
+    count = others = 0
+    with content.open() as stream:
+        table = rows(stream, DELIMITERS[reading.delimiter], ledger)
+        for piece in _pieces(_body(table, reading, ledger)):
+            own = _of_track(piece, reading)
+            if own:
+                pieces.append(_convert(own, reading, ledger, count - others))
+            count += len(piece)
+            others += len(piece) - len(own)
+    if not pieces:
+        if count:
+            raise InputError("only", "must be the id of a track in this file", reading.only)
+        raise InputError("rows", "must follow the names", "none")
+    ticks, positions, truth, lines = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
+    return Columns(ticks, positions, truth, lines, count, others)
+
+
+def _body(table: Iterable[Row], reading: Reading, ledger: Ledger) -> Iterator[Row]:
+    """The rows after the names, or all of them."""
+    widest = 0
+    for number, row in table:
+        if len(row) < reading.columns:
+            widest = max(widest, len(row))
+            if reading.header:
+                ledger.add("before", number, ", ".join(row[:10]))
+                continue
+        if not reading.header:
+            yield number, row
+        if len(row) >= reading.columns:
+            yield from table
+            return
+    rule = f"must be at least {reading.columns}, as the reading says: check the delimiter"
+    raise InputError("columns", rule, widest)
+
+
+def _pieces(table: Iterable[Row]) -> Iterator[list[Row]]:
+    iterator = iter(table)
+    while piece := list(islice(iterator, _PIECE)):
+        yield piece
+
+
+def _of_track(piece: list[Row], reading: Reading) -> list[Row]:
+    if not reading.track:
+        return piece
+    own = zip(piece, column_of(piece, reading.track), strict=True)
+    return [row for row, cell in own if track_id(cell) == reading.only]
+
+
+def track_id(cell: str) -> str:
+    """The id of a track as it is compared and listed."""
+    return cell.strip()[:ID_LENGTH]
+
+
+def column_of(piece: list[Row], column: int) -> list[str]:
+    """The cells of one column, counted from 1; empty where a row is too short."""
+    try:
+        return [row[column - 1] for _, row in piece]
+    except IndexError:
+        return [row[column - 1] if len(row) >= column else "" for _, row in piece]
+
+
+_Numbers = tuple[FloatArray, FloatArray, FloatArray, IntArray]
+
+
+def _convert(piece: list[Row], reading: Reading, ledger: Ledger, before: int) -> _Numbers:
+    lines = np.fromiter((number for number, _ in piece), np.int64, len(piece))
+    needed = reading.columns
+    for number, row in piece:
+        if len(row) < needed:
+            ledger.add("short", number, f"{len(row)} of {needed} columns")
+    ticks, timed = _times(piece, reading, ledger, before)
+    if not timed.all():
+        piece = [row for row, good in zip(piece, timed, strict=True) if good]
+        ticks, lines = ticks[timed], lines[timed]
+    positions = _positions(piece, reading, reading.at, ledger, "position")
+    truth = _positions(piece, reading, reading.truth, ledger, "truth")
+    return ticks, positions, truth, lines
+
+
+def _times(piece: list[Row], reading: Reading, ledger: Ledger, before: int) -> tuple[FloatArray, BoolArray]:
+    if not reading.time:
+        return np.arange(before, before + len(piece), dtype=np.float64) * reading.interval, np.ones(
+            len(piece), dtype=bool
+        )
+    clock = CLOCKS[reading.clock]
+    cells = column_of(piece, reading.time)
+    ticks = clock.read(cells, DECIMALS[reading.decimal])
+    timed = np.asarray(np.abs(ticks) <= LATE * clock.per_second)
+    for place in np.flatnonzero(~timed).tolist():
+        ledger.add("time", piece[place][0], cells[place] if cells[place].strip() else "empty")
+    return ticks, timed
+
+
+def _positions(piece: list[Row], reading: Reading, chosen: tuple[int, ...], ledger: Ledger, kind: str) -> FloatArray:
+    """The numbers of the chosen columns; what is none is noted, once a row."""
+    values = np.empty((len(piece), len(chosen)))
+    wrong = np.zeros((len(piece), len(chosen)), dtype=bool)
+    texts: list[Cells] = []
+    for axis, column in enumerate(chosen):
+        cells: Cells = column_of(piece, column)
+        decimal = DECIMALS[reading.decimal]
+        if chosen.count(column) > 1:
+            cells, decimal = _parts(cells, chosen[:axis].count(column)), "."
+        values[:, axis], wrong[:, axis] = numbers(cells, decimal)
+        texts.append(cells)
+    names = PARTS[reading.frame]
+    for place in np.flatnonzero(wrong.any(axis=1)).tolist():
+        axis = int(np.argmax(wrong[place]))
+        ledger.add(kind, piece[place][0], f"{names[axis]}: {texts[axis][place]}")
+    if kind == "position":
+        empty = np.isnan(values) & ~wrong
+        found = np.flatnonzero(empty.any(axis=1))
+        missing = ((piece[place][0], _listed(names, empty[place])) for place in found)
+        ledger.add_all("empty", len(found), missing)
+    return values
+
+
+def _listed(names: tuple[str, ...], chosen: BoolArray) -> str:
+    return " and ".join(name for name, one in zip(names, chosen, strict=False) if one)
+
+
+def _parts(cells: Cells, part: int) -> list[str]:
+    """One of several numbers in a cell, as in "(51.5, -0.1)"; the whole cell where it has not so many."""
+    split = (_BETWEEN.split(cell.strip(" ()[]")) for cell in cells)
+    return [
+        parts[part] if part < len(parts) else "" if cell.strip().lower() in NOTHING else cell
+        for parts, cell in zip(split, cells, strict=True)
+    ]

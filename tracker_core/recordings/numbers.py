@@ -1,0 +1,51 @@
+"""Cells as numbers, whole columns at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import nan
+
+import numpy as np
+
+from tracker_core.types import BoolArray, FloatArray
+
+Cells = Sequence[str]
+
+NOTHING = frozenset({"", "-", "--", "nan", "none", "null", "na", "n/a", "#n/a", "\\n", "nil", "missing"})
+"""How programs write that there is no number, in small letters."""
+
+
+def numbers(cells: Cells, decimal: str = ".") -> tuple[FloatArray, BoolArray]:
+    """The numbers in cells.
+
+    Args:
+        cells: texts.
+        decimal: the sign before a fraction.
+
+    Returns:
+        The values, NaN for what is none, and which of those are some other text instead of nothing; each of shape
+        (n_cells,). Values may be infinite.
+    """
+    if decimal != ".":
+        # A point in such a file would group thousands: it must not pass for a fraction.
+        cells = [cell.replace(".", "_").replace(decimal, ".") for cell in cells]
+    try:
+        # Python admits 1_000; no other program writes that.
+        if "_" not in "".join(cells):
+            values = np.fromiter(map(float, cells), float, len(cells))
+            return values, np.zeros(len(cells), dtype=bool)
+    except ValueError:
+        pass
+    values = np.fromiter(map(number, cells), float, len(cells))
+    wrong = np.isnan(values)
+    for place in np.flatnonzero(wrong).tolist():
+        wrong[place] = cells[place].strip().lower() not in NOTHING
+    return values, wrong
+
+
+def number(cell: str) -> float:
+    """The number in a cell with a decimal point; NaN where there is none."""
+    try:
+        return nan if not cell or "_" in cell else float(cell)
+    except ValueError:
+        return nan
