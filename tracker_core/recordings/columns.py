@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from tracker_core.recordings.content import Content
 from tracker_core.recordings.findings import Ledger
 from tracker_core.recordings.numbers import NOTHING, Cells, numbers
 from tracker_core.recordings.reading import DECIMALS, DELIMITERS, Reading
-from tracker_core.recordings.rows import Row, rows
+from tracker_core.recordings.rows import Row, pieces
 from tracker_core.types import BoolArray, FloatArray, IntArray
 
 PARTS = {
@@ -25,9 +24,6 @@ PARTS = {
     "polar": ("range", "bearing", "elevation"),
 }
 """What the columns of a position hold, by frame."""
-
-_PIECE = 8192
-"""Rows that are converted at a time: as cells they take fifty times the room of their numbers."""
 
 _BETWEEN = re.compile(r"[,;\s]+")
 
@@ -59,46 +55,44 @@ def columns(content: Content, reading: Reading, ledger: Ledger) -> Columns:
     Raises:
         InputError: when no row is wide enough, no row belongs to the track, or a bound is passed.
     """
-    pieces = []
+    parts = []
     count = others = 0
     with content.open() as stream:
-        table = rows(stream, DELIMITERS[reading.delimiter], ledger)
-        for piece in _pieces(_body(table, reading, ledger)):
+        table = pieces(stream, DELIMITERS[reading.delimiter], ledger)
+        for piece in _bodies(table, reading, ledger):
             own = _of_track(piece, reading)
             if own:
-                pieces.append(_convert(own, reading, ledger, count - others))
+                parts.append(_convert(own, reading, ledger, count - others))
             count += len(piece)
             others += len(piece) - len(own)
-    if not pieces:
+    if not parts:
         if count:
             raise InputError("only", "must be the id of a track in this file", reading.only)
         raise InputError("rows", "must follow the names", "none")
-    ticks, positions, truth, lines = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
+    ticks, positions, truth, lines = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Columns(ticks, positions, truth, lines, count, others)
 
 
-def _body(table: Iterable[Row], reading: Reading, ledger: Ledger) -> Iterator[Row]:
+def _bodies(table: Iterable[list[Row]], reading: Reading, ledger: Ledger) -> Iterator[list[Row]]:
     """The rows after the names, or all of them."""
-    widest = 0
-    for number, row in table:
-        if len(row) < reading.columns:
-            widest = max(widest, len(row))
-            if reading.header:
+    widest, needed = 0, reading.columns
+    begun = False
+    for piece in table:
+        if begun:
+            yield piece
+            continue
+        width = [len(row) for _, row in piece]
+        first = next((place for place, cells in enumerate(width) if cells >= needed), None)
+        begun = first is not None
+        if reading.header:
+            for number, row in piece[:first]:
                 ledger.add("before", number, ", ".join(row[:10]))
-                continue
-        if not reading.header:
-            yield number, row
-        if len(row) >= reading.columns:
-            yield from table
-            return
-    rule = f"must be at least {reading.columns}, as the reading says: check the delimiter"
-    raise InputError("columns", rule, widest)
-
-
-def _pieces(table: Iterable[Row]) -> Iterator[list[Row]]:
-    iterator = iter(table)
-    while piece := list(islice(iterator, _PIECE)):
-        yield piece
+            yield [] if first is None else piece[first + 1 :]
+        else:
+            yield piece
+        widest = max([widest, *width])
+    if not begun:
+        raise InputError("columns", f"must be at least {needed}, as the reading says: check the delimiter", widest)
 
 
 def _of_track(piece: list[Row], reading: Reading) -> list[Row]:

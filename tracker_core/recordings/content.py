@@ -63,9 +63,9 @@ class Content:
         self.encoding = _encoding(self._data)
 
     def open(self) -> io.TextIOWrapper:
-        """A fresh stream of its lines, each with its own end."""
+        """A fresh stream of its text, with a line feed for every end of a line."""
         errors = "replace" if self.encoding == "utf-16" else "strict"
-        return io.TextIOWrapper(io.BytesIO(self._data), encoding=self.encoding, errors=errors, newline="")
+        return io.TextIOWrapper(io.BytesIO(self._data), encoding=self.encoding, errors=errors)
 
 
 def _unpack(data: bytes) -> bytes:

@@ -37,6 +37,11 @@ KINDS = MappingProxyType(
             "A cell opens with a quotation mark that is not closed within twenty lines.",
             "The line is left out.",
         ),
+        "lines": Kind(
+            "Row over several lines",
+            "A cell in quotation marks goes over the ends of lines.",
+            "The lines are read as one row.",
+        ),
         "before": Kind("Before the names", "The row stands before the one that holds the names.", "It is left out."),
         "short": Kind(
             "Row too short",

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 
 from tracker_core.checks import InputError
 from tracker_core.recordings.bounds import MOST_TRACKS, clip
-from tracker_core.recordings.columns import track_id
+from tracker_core.recordings.columns import column_of, track_id
 from tracker_core.recordings.content import Content
 from tracker_core.recordings.findings import Ledger
 from tracker_core.recordings.layout import Layout, find_layout
 from tracker_core.recordings.proposal import Proposal, propose
 from tracker_core.recordings.read import read_content
 from tracker_core.recordings.reading import DELIMITERS, Reading
-from tracker_core.recordings.rows import rows
+from tracker_core.recordings.rows import pieces
 
 PREVIEWED = 8
 """Rows that are shown."""
@@ -82,17 +82,19 @@ def look(data: bytes) -> Look:
     content = Content(data)
     layout = find_layout(content)
     made = propose(layout)
-    count, ids = _count(content, layout.delimiter, made.ids)
-    count -= layout.header
+    count, ids = _count(content, layout.delimiter, made.ids) if made.ids else (None, [])
     tracks = _choose_track(made, layout, ids)
-    reading = Reading(**made.values)  # type: ignore[arg-type]
+    reading, rows = _with_held(content, Reading(**made.values), made)  # type: ignore[arg-type]
+    if rows is None:
+        rows = count or _count(content, layout.delimiter, [])[0]
+        rows -= layout.header
     return Look(
         format=made.format,
         encoding=content.encoding,
         packed=content.packed,
         columns=_columns(layout),
-        rows=count,
-        reading=_with_held(content, reading, made),
+        rows=rows,
+        reading=reading,
         why=made.why,
         tracks=tracks,
         preview=tuple((number, tuple(map(clip, row))) for number, row in layout.rows[:PREVIEWED]),
@@ -123,15 +125,13 @@ def _columns(layout: Layout) -> tuple[Column, ...]:
 
 def _count(content: Content, delimiter: str, columns: Iterable[int], skip: int = 0) -> tuple[int, list[Counter[str]]]:
     """The number of rows, and how often every id stands in each of some columns."""
-    ids: list[tuple[int, Counter[str]]] = [(column - 1, Counter()) for column in columns]
+    ids: list[tuple[int, Counter[str]]] = [(column, Counter()) for column in columns]
     count = 0
     with content.open() as stream:
-        for _, row in rows(stream, DELIMITERS[delimiter], Ledger()):
-            count += 1
-            if count > skip:
-                for column, counter in ids:
-                    if column < len(row):
-                        counter[track_id(row[column])] += 1
+        for piece in pieces(stream, DELIMITERS[delimiter], Ledger()):
+            for column, counter in ids:
+                counter.update(map(track_id, column_of(piece[max(skip - count, 0) :], column)))
+            count += len(piece)
     return count, [counter for _, counter in ids]
 
 
@@ -153,16 +153,16 @@ def _choose_track(made: Proposal, layout: Layout, ids: list[Counter[str]]) -> tu
     return ()
 
 
-def _with_held(content: Content, reading: Reading, made: Proposal) -> Reading:
-    """The reading, with held positions taken as missing where they are some but not most."""
+def _with_held(content: Content, reading: Reading, made: Proposal) -> tuple[Reading, int | None]:
+    """The reading, with held positions taken as missing where they are some but not most; the rows if it can be read."""
     try:
         recorded = read_content(content, reading)
     except InputError:
-        return reading
+        return reading, None
     held, measured = recorded.counts.get("held", 0), recorded.measured
     if not 0 < held <= _MOST_HELD * measured:
         if held:
             made.why["held"] = f"{held:,} of {measured:,} positions repeat the one before: the target may stand still."
-        return reading
+        return reading, recorded.rows
     made.why["held"] = f"{held:,} of {measured:,} positions repeat the one before: the sensor held its last."
-    return replace(reading, held="missing")
+    return replace(reading, held="missing"), recorded.rows

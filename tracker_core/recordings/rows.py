@@ -1,4 +1,4 @@
-"""The rows of a table, by Python's csv module, one after the other.
+"""The rows of a table, by Python's csv module, piece by piece.
 
 Blank lines and comments are left out, and so is the line `sep=;` that spreadsheets write. A cell in quotation marks may
 go over lines, but only over so many: a mark that is never closed costs its own line and no more.
@@ -7,8 +7,8 @@ go over lines, but only over so many: a mark that is never closed costs its own 
 from __future__ import annotations
 
 import csv
-from collections import deque
 from collections.abc import Iterator
+from itertools import chain
 from typing import TextIO
 
 from tracker_core.checks import InputError
@@ -32,108 +32,140 @@ SPAN = 20
 Row = tuple[int, list[str]]
 """Number of its first line in the file, from 1, and its cells."""
 
+_Lines = list[tuple[int, str]]
 
-class _NotClosedError(Exception):
-    pass
-
-
-class _Lines:
-    """Lines that are part of the table, with those of the row that is being read at hand to be given again."""
-
-    def __init__(self, stream: TextIO, *, blanks: bool) -> None:
-        self._read = stream.readline
-        self._blanks = blanks
-        self._again: deque[tuple[int, str]] = deque()
-        self._number = 0
-        self.row: list[tuple[int, str]] = []
-        self.ended = False
-
-    def __iter__(self) -> _Lines:
-        return self
-
-    def __next__(self) -> str:
-        if len(self.row) == SPAN:
-            raise _NotClosedError
-        number, line = self._again.popleft() if self._again else self._fresh()
-        self.row.append((number, line))
-        return line
-
-    def _fresh(self) -> tuple[int, str]:
-        while True:
-            line = self._read(MOST_LINE + 1)
-            if not line:
-                self.ended = True
-                raise StopIteration
-            self._number += 1
-            if self._number > MOST_LINES:
-                raise InputError("lines", f"must be at most {MOST_LINES:,}: thin the file out", "more")
-            if len(line) > MOST_LINE:
-                rule = f"must have at most {MOST_LINE:,} characters: is this a table?"
-                raise InputError(f"line {self._number}", rule, f"more: {clip(line)}")
-            if line.isspace() or line.lstrip().startswith(COMMENTS) or (self._number == 1 and _is_hint(line)):
-                continue
-            return self._number, " ".join(line.split()) + "\n" if self._blanks else line
-
-    def back(self) -> Row:
-        """Give the lines of this row again, but for the first, which is returned."""
-        first, *others = self.row
-        self._again.extendleft(reversed(others))
-        self.row.clear()
-        self.ended = False
-        return first[0], [first[1]]
+_PIECE = 1 << 17
+"""Characters that are split at a time: their cells fit a processor's cache."""
 
 
-def _is_hint(line: str) -> bool:
-    return len(line.strip()) <= 5 and line[:4].lower() == "sep="
-
-
-def rows(stream: TextIO, delimiter: str, ledger: Ledger) -> Iterator[Row]:
-    """The rows of a table.
+def pieces(stream: TextIO, delimiter: str, ledger: Ledger) -> Iterator[list[Row]]:
+    """The rows of a table, some thousand at a time.
 
     Args:
-        stream: of text, with the ends of its lines.
+        stream: of text, whose lines end with a line feed each.
         delimiter: one character; a blank stands for any run of them.
         ledger: where lines are noted that open a quotation mark and do not close it.
 
     Raises:
         InputError: naming the bound that the table passes.
     """
-    lines = _Lines(stream, blanks=delimiter == " ")
-    reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=delimiter != " ")
-    count = cells = unclosed = 0
-    while True:
-        lines.row.clear()
+    splitter = _Splitter(delimiter, ledger)
+    waiting: _Lines = []
+    count = cells = 0
+    for lines in chain(_lines(stream), [None]):
+        piece, waiting = splitter.split(waiting + (lines or []), last=lines is None)
+        width = [len(row) for _, row in piece]
+        count += len(piece)
+        cells += sum(width)
+        if count > MOST_ROWS:
+            raise InputError("rows", f"must be at most {MOST_ROWS:,}: thin the file out or split it", "more")
+        if cells > MOST_CELLS:
+            rule = f"(rows times columns) must be at most {MOST_CELLS:,}: leave columns out"
+            raise InputError("cells", rule, f"more, in line {piece[-1][0]}")
+        if max(width, default=0) > MOST_COLUMNS:
+            number, row = piece[width.index(max(width))]
+            rule = f"must be at most {MOST_COLUMNS:,}: check the delimiter, or leave columns out"
+            raise InputError("columns", rule, f"{len(row):,} in line {number}")
+        yield piece
+
+
+def rows(stream: TextIO, delimiter: str, ledger: Ledger) -> Iterator[Row]:
+    """The rows of a table, one after the other; see `pieces`."""
+    return chain.from_iterable(pieces(stream, delimiter, ledger))
+
+
+def _lines(stream: TextIO) -> Iterator[_Lines]:
+    """The lines that are part of the table, with their numbers; piece by piece."""
+    first, rest = 1, ""
+    while text := stream.read(_PIECE):
+        *lines, rest = (rest + text).split("\n")
+        yield _of_table(lines, first)
+        first += len(lines)
+        if len(rest) > MOST_LINE:
+            rule = f"must have at most {MOST_LINE:,} characters: is this a table?"
+            raise InputError(f"line {first}", rule, f"more: {clip(rest)}")
+        if first > MOST_LINES:
+            raise InputError("lines", f"must be at most {MOST_LINES:,}: thin the file out", "more")
+    yield _of_table([rest], first)
+
+
+def _of_table(lines: list[str], first: int) -> _Lines:
+    numbered: _Lines = [
+        (number, line)
+        for number, line in enumerate(lines, first)
+        if (text := line.lstrip()) and not text.startswith(COMMENTS)
+    ]
+    hinted = numbered and numbered[0][0] == 1 and numbered[0][1][:4].lower() == "sep="
+    return numbered[1:] if hinted and len(numbered[0][1].rstrip()) <= 5 else numbered
+
+
+class _Splitter:
+    """Lines to rows of cells."""
+
+    def __init__(self, delimiter: str, ledger: Ledger) -> None:
+        self._delimiter = delimiter
+        self._ledger = ledger
+        self._unclosed = 0
+
+    def split(self, lines: _Lines, *, last: bool) -> tuple[list[Row], _Lines]:
+        """The rows in some lines, and the lines at their end that need more to be told."""
+        texts = [line for _, line in lines]
+        if self._delimiter == " ":
+            texts = [" ".join(text.split()) for text in texts]
+        # A line more would be part of the row before it if a quotation mark were open.
         try:
-            row = next(reader)
-            if lines.ended and len(lines.row) > 1:
-                raise _NotClosedError
-        except StopIteration:
-            return
-        except (_NotClosedError, csv.Error):
-            number, (line,) = lines.back()
-            unclosed += 1
-            ledger.add("quote", number, line)
-            if unclosed > MOST_UNCLOSED:
-                rule = f"must be closed but for {MOST_UNCLOSED:,} at most: check the delimiter"
-                raise InputError("quotation marks", rule, f"more, in line {number}") from None
-            continue
-        count += 1
-        cells += len(row)
-        number, line = lines.row[0]
-        _check(row, number, count, cells, long=len(line) > MOST_CELL or len(lines.row) > 1)
-        yield number, row
+            found = list(self._read([*texts, "."]))
+        except csv.Error:
+            found = []
+        numbers = [number for number, _ in lines]
+        if len(found) == len(lines) + 1:
+            rest: _Lines = []
+            split = list(zip(numbers, found[:-1], strict=True))
+        else:
+            split, rest = self._over_lines(lines, [text + "\n" for text in texts], last=last)
+        if len(found) != len(lines) + 1 or max(map(len, texts), default=0) > MOST_CELL:
+            _check_cells(split)
+        return split, rest
+
+    def _read(self, texts: list[str]):  # type: ignore[no-untyped-def]  # the class of its readers has no public name
+        return csv.reader(texts, delimiter=self._delimiter, skipinitialspace=self._delimiter != " ")
+
+    def _over_lines(self, lines: _Lines, texts: list[str], *, last: bool) -> tuple[list[Row], _Lines]:
+        """The same where a row goes over lines, or a mark is not closed."""
+        found: list[Row] = []
+        place = 0
+        while place < len(lines):
+            number, line = lines[place]
+            window = texts[place : place + SPAN]
+            reader = self._read([*window, "."])
+            try:
+                row = next(reader)
+                length = reader.line_num
+            except csv.Error:
+                length = SPAN + 1
+            if length <= len(window):
+                found.append((number, row))
+                if length > 1:
+                    self._ledger.add("lines", number, f"{length} lines: {line}")
+                place += length
+            elif len(window) == SPAN or length > SPAN + 1 or last:
+                self._note(number, line)
+                place += 1
+            else:
+                return found, lines[place:]
+        return found, []
+
+    def _note(self, number: int, line: str) -> None:
+        self._ledger.add("quote", number, line)
+        self._unclosed += 1
+        if self._unclosed > MOST_UNCLOSED:
+            rule = f"must be closed but for {MOST_UNCLOSED:,} at most: check the delimiter"
+            raise InputError("quotation marks", rule, f"more, in line {number}")
 
 
-def _check(row: list[str], number: int, count: int, cells: int, *, long: bool) -> None:
-    if count > MOST_ROWS:
-        raise InputError("rows", f"must be at most {MOST_ROWS:,}: thin the file out or split it", "more")
-    if len(row) > MOST_COLUMNS:
-        rule = f"must be at most {MOST_COLUMNS:,}: check the delimiter, or leave columns out"
-        raise InputError("columns", rule, f"{len(row):,} in line {number}")
-    if cells > MOST_CELLS:
-        rule = f"(rows times columns) must be at most {MOST_CELLS:,}: leave columns out"
-        raise InputError("cells", rule, f"more, in line {number}")
-    if long and max(map(len, row)) > MOST_CELL:
-        longest = max(row, key=len)
-        rule = f"must have at most {MOST_CELL:,} characters"
-        raise InputError("cell", rule, f"{len(longest):,} in line {number}: {clip(longest)}")
+def _check_cells(split: list[Row]) -> None:
+    for number, row in split:
+        longest = max(row, key=len, default="")
+        if len(longest) > MOST_CELL:
+            rule = f"must have at most {MOST_CELL:,} characters"
+            raise InputError("cell", rule, f"{len(longest):,} in line {number}: {clip(longest)}")
