@@ -142,8 +142,8 @@ def _times(piece: list[Row], reading: Reading, ledger: Ledger, before: int) -> t
     cells = column_of(piece, reading.time)
     ticks = clock.read(cells, DECIMALS[reading.decimal])
     timed = np.asarray(np.abs(ticks) <= LATE * clock.per_second)
-    for place in np.flatnonzero(~timed).tolist():
-        ledger.add("time", piece[place][0], cells[place] if cells[place].strip() else "empty")
+    untimed = np.flatnonzero(~timed).tolist()
+    ledger.add_all("time", len(untimed), ((piece[place][0], cells[place].strip() or "empty") for place in untimed))
     return ticks, timed
 
 
@@ -151,21 +151,22 @@ def _positions(piece: list[Row], reading: Reading, chosen: tuple[int, ...], ledg
     """The numbers of the chosen columns; what is none is noted, once a row."""
     values = np.empty((len(piece), len(chosen)))
     wrong = np.zeros((len(piece), len(chosen)), dtype=bool)
-    texts: list[Cells] = []
+    cells_of: list[Cells] = []
     for axis, column in enumerate(chosen):
         cells: Cells = column_of(piece, column)
         decimal = DECIMALS[reading.decimal]
         if chosen.count(column) > 1:
             cells, decimal = _parts(cells, chosen[:axis].count(column)), "."
         values[:, axis], wrong[:, axis] = numbers(cells, decimal)
-        texts.append(cells)
+        cells_of.append(cells)
     names = PARTS[reading.frame]
-    for place in np.flatnonzero(wrong.any(axis=1)).tolist():
-        axis = int(np.argmax(wrong[place]))
-        ledger.add(kind, piece[place][0], f"{names[axis]}: {texts[axis][place]}")
+    found = np.flatnonzero(wrong.any(axis=1)).tolist()
+    first = np.argmax(wrong, axis=1).tolist() if found else []
+    texts = ((piece[place][0], f"{names[first[place]]}: {cells_of[first[place]][place]}") for place in found)
+    ledger.add_all(kind, len(found), texts)
     if kind == "position":
         empty = np.isnan(values) & ~wrong
-        found = np.flatnonzero(empty.any(axis=1))
+        found = np.flatnonzero(empty.any(axis=1)).tolist()
         missing = ((piece[place][0], _listed(names, empty[place])) for place in found)
         ledger.add_all("empty", len(found), missing)
     return values

@@ -37,6 +37,10 @@ KNOWN_AS = MappingProxyType(
 
 _MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 
+_CONTROLS = bytes([*range(9), *range(14, 27), *range(28, 32), 127])
+_MOST_STRANGE = 0.02
+"""Share of control characters over which bytes are no text."""
+
 _PIECE = 1 << 20
 
 
@@ -61,6 +65,12 @@ class Content:
             if self._data.startswith(start):
                 raise InputError("file", "must be a table as text (CSV): save or export it as one", name)
         self.encoding = _encoding(self._data)
+        if self.encoding != "utf-16":
+            # Loggers lay files out ahead with zeros.
+            self._data = self._data.rstrip(b"\0")
+            strange = len(self._data) - len(self._data.translate(None, _CONTROLS))
+            if strange > _MOST_STRANGE * len(self._data):
+                raise InputError("file", "must be a table as text (CSV): save or export it as one", "binary data")
 
     def open(self) -> io.TextIOWrapper:
         """A fresh stream of its text, with a line feed for every end of a line."""

@@ -7,17 +7,15 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import islice
 from math import isfinite
 
 from tracker_core.checks import InputError
 from tracker_core.recordings.bounds import MOST_COLUMNS, MOST_LINE
 from tracker_core.recordings.clocks import microseconds, second_of_day
 from tracker_core.recordings.content import Content
-from tracker_core.recordings.findings import Ledger
 from tracker_core.recordings.numbers import NOTHING, number
 from tracker_core.recordings.reading import DELIMITERS
-from tracker_core.recordings.rows import COMMENTS, Row, rows
+from tracker_core.recordings.rows import COMMENTS, Row, first_rows
 
 LOOKED_AT = 200
 """Rows from which the layout is found."""
@@ -89,7 +87,7 @@ def find_layout(content: Content) -> Layout:
 def _tries(content: Content) -> Iterable[tuple[str, list[Row]]]:
     for delimiter in _ORDER:
         with content.open() as stream:
-            yield delimiter, list(islice(rows(stream, DELIMITERS[delimiter], Ledger()), LOOKED_AT))
+            yield delimiter, first_rows(stream, DELIMITERS[delimiter], LOOKED_AT)
 
 
 def _score(delimiter: str, head: list[Row]) -> tuple[float, int]:

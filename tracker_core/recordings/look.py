@@ -154,7 +154,7 @@ def _choose_track(made: Proposal, layout: Layout, ids: list[Counter[str]]) -> tu
 
 
 def _with_held(content: Content, reading: Reading, made: Proposal) -> tuple[Reading, int | None]:
-    """The reading, with held positions taken as missing where they are some but not most; the rows if it can be read."""
+    """The reading, with held positions missing where they are some but not most; the rows if it can be read."""
     try:
         recorded = read_content(content, reading)
     except InputError:
@@ -162,7 +162,7 @@ def _with_held(content: Content, reading: Reading, made: Proposal) -> tuple[Read
     held, measured = recorded.counts.get("held", 0), recorded.measured
     if not 0 < held <= _MOST_HELD * measured:
         if held:
-            made.why["held"] = f"{held:,} of {measured:,} positions repeat the one before: the target may stand still."
+            made.why["held"] = f"{held:,} of {measured:,} positions repeat the one before: it may stand still."
         return reading, recorded.rows
     made.why["held"] = f"{held:,} of {measured:,} positions repeat the one before: the sensor held its last."
     return replace(reading, held="missing"), recorded.rows

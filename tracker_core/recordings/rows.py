@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator
-from itertools import chain
+from contextlib import suppress
+from itertools import chain, islice
 from typing import TextIO
 
 from tracker_core.checks import InputError
@@ -34,17 +35,18 @@ Row = tuple[int, list[str]]
 
 _Lines = list[tuple[int, str]]
 
-_PIECE = 1 << 17
+PIECE = 1 << 17
 """Characters that are split at a time: their cells fit a processor's cache."""
 
 
-def pieces(stream: TextIO, delimiter: str, ledger: Ledger) -> Iterator[list[Row]]:
+def pieces(stream: TextIO, delimiter: str, ledger: Ledger, size: int = PIECE) -> Iterator[list[Row]]:
     """The rows of a table, some thousand at a time.
 
     Args:
         stream: of text, whose lines end with a line feed each.
         delimiter: one character; a blank stands for any run of them.
         ledger: where lines are noted that open a quotation mark and do not close it.
+        size: characters that are split at a time.
 
     Raises:
         InputError: naming the bound that the table passes.
@@ -52,7 +54,7 @@ def pieces(stream: TextIO, delimiter: str, ledger: Ledger) -> Iterator[list[Row]
     splitter = _Splitter(delimiter, ledger)
     waiting: _Lines = []
     count = cells = 0
-    for lines in chain(_lines(stream), [None]):
+    for lines in chain(_lines(stream, size), [None]):
         piece, waiting = splitter.split(waiting + (lines or []), last=lines is None)
         width = [len(row) for _, row in piece]
         count += len(piece)
@@ -69,15 +71,15 @@ def pieces(stream: TextIO, delimiter: str, ledger: Ledger) -> Iterator[list[Row]
         yield piece
 
 
-def rows(stream: TextIO, delimiter: str, ledger: Ledger) -> Iterator[Row]:
-    """The rows of a table, one after the other; see `pieces`."""
-    return chain.from_iterable(pieces(stream, delimiter, ledger))
+def first_rows(stream: TextIO, delimiter: str, count: int) -> list[Row]:
+    """The first rows of a table, `count` at most; see `pieces`."""
+    return list(islice(chain.from_iterable(pieces(stream, delimiter, Ledger(), size=PIECE // 16)), count))
 
 
-def _lines(stream: TextIO) -> Iterator[_Lines]:
+def _lines(stream: TextIO, size: int) -> Iterator[_Lines]:
     """The lines that are part of the table, with their numbers; piece by piece."""
     first, rest = 1, ""
-    while text := stream.read(_PIECE):
+    while text := stream.read(size):
         *lines, rest = (rest + text).split("\n")
         yield _of_table(lines, first)
         first += len(lines)
@@ -133,27 +135,32 @@ class _Splitter:
     def _over_lines(self, lines: _Lines, texts: list[str], *, last: bool) -> tuple[list[Row], _Lines]:
         """The same where a row goes over lines, or a mark is not closed."""
         found: list[Row] = []
-        place = 0
-        while place < len(lines):
-            number, line = lines[place]
-            window = texts[place : place + SPAN]
-            reader = self._read([*window, "."])
-            try:
-                row = next(reader)
-                length = reader.line_num
-            except csv.Error:
-                length = SPAN + 1
-            if length <= len(window):
+        begin = 0
+        while begin < len(lines):
+            for length, row in self._closed(texts[begin:]):
+                number, line = lines[begin]
                 found.append((number, row))
                 if length > 1:
                     self._ledger.add("lines", number, f"{length} lines: {line}")
-                place += length
-            elif len(window) == SPAN or length > SPAN + 1 or last:
-                self._note(number, line)
-                place += 1
-            else:
-                return found, lines[place:]
+                begin += length
+            if len(lines) - begin < SPAN and not last:
+                return found, lines[begin:]
+            if begin < len(lines):
+                self._note(*lines[begin])
+                begin += 1
         return found, []
+
+    def _closed(self, texts: list[str]) -> Iterator[tuple[int, list[str]]]:
+        """Rows and over how many lines each goes, up to a mark that is not closed within SPAN lines."""
+        reader = self._read([*texts, "."])
+        begin = 0
+        with suppress(csv.Error):
+            for row in reader:
+                length = reader.line_num - begin
+                if length > SPAN or reader.line_num > len(texts):
+                    return
+                yield length, row
+                begin = reader.line_num
 
     def _note(self, number: int, line: str) -> None:
         self._ledger.add("quote", number, line)
