@@ -24,6 +24,7 @@ from tracker_core.types import FloatArray
 LEVEL = 0.95
 DEGREES = Domain(1, 1e7)
 LEVELS = Domain(1e-6, 0.999999)
+SQUARE = Domain(0)
 TRACKING_INDEX = Domain(0, 1e6)
 
 
@@ -143,7 +144,7 @@ def chi_square_quantile(degrees: float, probability: float) -> float:
     x = degrees * max(1e-3, 1 - spread + NormalDist().inv_cdf(probability) * sqrt(spread)) ** 3
     low, high = 0.0, inf
     for _ in range(200):
-        miss = _distribution(degrees / 2, x / 2) - probability
+        miss = _gamma(degrees / 2, x / 2)[0] - probability
         low, high = (low, x) if miss > 0 else (x, high)
         slope = exp((degrees / 2 - 1) * log(x / 2) - x / 2 - lgamma(degrees / 2)) / 2
         after = x - miss / slope if slope > 0 else inf
@@ -155,8 +156,23 @@ def chi_square_quantile(degrees: float, probability: float) -> float:
     return x
 
 
-def _distribution(a: float, x: float) -> float:
-    """Regularised lower incomplete gamma function: a series below its middle, a continued fraction above."""
+def chi_square_tail(degrees: float, value: float) -> float:
+    """The probability that a chi-square variable exceeds a value; small ones keep their digits.
+
+    Args:
+        degrees: of freedom, 1 to 10 million.
+        value: >= 0.
+
+    Raises:
+        InputError: for arguments outside.
+    """
+    DEGREES.check("degrees", degrees)
+    value = SQUARE.check("value", value)
+    return _gamma(degrees / 2, value / 2)[1] if value > 0 else 1.0
+
+
+def _gamma(a: float, x: float) -> tuple[float, float]:
+    """Regularised lower and upper incomplete gamma functions: a series below the middle, a continued fraction above."""
     factor = exp(a * log(x) - x - lgamma(a))
     if x < a + 1:
         term = total = 1 / a
@@ -165,7 +181,7 @@ def _distribution(a: float, x: float) -> float:
             n += 1
             term *= x / n
             total += term
-        return total * factor
+        return total * factor, 1 - total * factor
     # Lentz's method.
     b = x + 1 - a
     c, d = inf, 1 / b
@@ -179,4 +195,4 @@ def _distribution(a: float, x: float) -> float:
         fraction *= step
         if abs(step - 1) < 1e-16:
             break
-    return 1 - fraction * factor
+    return 1 - fraction * factor, fraction * factor

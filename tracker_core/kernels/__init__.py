@@ -7,6 +7,7 @@ the recursion begins at sample `begin`. Nothing is validated here.
 
 from tracker_core.kernels.banks import bank_choice, bank_mixture
 from tracker_core.kernels.lanes import lane_errors, transposed
+from tracker_core.kernels.likelihood import deletions, profile
 from tracker_core.kernels.recursions import autoregress, finish, least_squares_start, step_response, track
 from tracker_core.kernels.selections import (
     candidate_scores,
@@ -23,9 +24,11 @@ __all__ = [
     "bank_choice",
     "bank_mixture",
     "candidate_scores",
+    "deletions",
     "finish",
     "lane_errors",
     "least_squares_start",
+    "profile",
     "sample_search",
     "scheduled",
     "step_response",
