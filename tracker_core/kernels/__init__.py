@@ -6,6 +6,7 @@ the recursion begins at sample `begin`. Nothing is validated here.
 """
 
 from tracker_core.kernels.banks import bank_choice, bank_mixture
+from tracker_core.kernels.gate import gated_track
 from tracker_core.kernels.lanes import lane_errors, transposed
 from tracker_core.kernels.recursions import autoregress, finish, least_squares_start, step_response, track
 from tracker_core.kernels.selections import (
@@ -24,6 +25,7 @@ __all__ = [
     "bank_mixture",
     "candidate_scores",
     "finish",
+    "gated_track",
     "lane_errors",
     "least_squares_start",
     "sample_search",
