@@ -12,6 +12,7 @@ from tracker_core.conventions import CONVENTIONS, Gains
 from tracker_core.design import DESIGNS
 from tracker_core.experiment import Experiment
 from tracker_core.filters import run_filter
+from tracker_core.gating import Gate
 from tracker_core.metrics import METRICS, Metrics
 from tracker_core.optimal import distance_from_optimal, optimal_gains
 from tracker_core.poles import gains_from_poles
@@ -31,6 +32,7 @@ __all__ = [
     "STARTS",
     "Experiment",
     "Gains",
+    "Gate",
     "InputError",
     "Measurements",
     "Metrics",

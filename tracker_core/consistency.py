@@ -14,10 +14,11 @@ from statistics import NormalDist
 
 import numpy as np
 
-from tracker_core.checks import POSITIVE, Domain
+from tracker_core.checks import POSITIVE, Domain, InputError
 from tracker_core.conventions import Gains
+from tracker_core.gating import INDEX, WIDTH, Gate
 from tracker_core.motion import transition
-from tracker_core.optimal import process_input
+from tracker_core.optimal import distance_from_optimal, process_input
 from tracker_core.responses import steady_covariance
 from tracker_core.types import FloatArray
 
@@ -26,6 +27,7 @@ DEGREES = Domain(1, 1e7)
 LEVELS = Domain(1e-6, 0.999999)
 SQUARE = Domain(0)
 TRACKING_INDEX = Domain(0, 1e6)
+AXES = Domain(1, 1000, whole=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +78,7 @@ def model_covariance(gains: Gains, tracking_index: float) -> ModelCovariance:
         InputError: for gains that are not stable by more than rounding, or a tracking index outside 0 to a million.
     """
     g, f = gains.vector, transition(gains.order, 1.0)
-    drive = TRACKING_INDEX.check("tracking_index", tracking_index) * process_input(gains.order)
+    drive = INDEX.check("tracking_index", tracking_index) * process_input(gains.order)
     left = drive - g * drive[0]
     smoothed = steady_covariance(gains, np.outer(left, left) + np.outer(g, g))
     predicted = f @ smoothed @ f.T + np.outer(drive, drive)
@@ -132,6 +134,41 @@ def chi_square_interval(degrees: float, level: float = LEVEL) -> tuple[float, fl
     return chi_square_quantile(degrees, (1 - level) / 2), chi_square_quantile(degrees, (1 + level) / 2)
 
 
+def default_gate(gains: Gains, sensor_std: tuple[float, ...], interval: float, width: float) -> Gate:
+    """A gate that expects of a filter what the model that suits its gains best makes it do.
+
+    The model is that of `tracker_core.optimal.distance_from_optimal`; for unstable gains, which none suits, the target
+    keeps its highest derivative.
+
+    Args:
+        gains: of the filter.
+        sensor_std: standard deviation of the measurements, m, one number or one per axis.
+        interval: nominal sampling interval, s.
+        width: the greatest normalised innovation that is believed, 1 to 100.
+
+    Raises:
+        InputError: for a number outside its domain.
+    """
+    try:
+        index = distance_from_optimal(gains).tracking_index
+    except InputError:
+        index = 0.0
+    return Gate(width, sensor_std, index, interval)
+
+
+def reject_probability(width: float, axes: int) -> float:
+    """How often a gate refuses a right measurement: the tail of the chi-square distribution above width^2.
+
+    Args:
+        width: of the gate, 1 to 100.
+        axes: that are measured jointly, a whole number from 1 on.
+
+    Raises:
+        InputError: for arguments outside.
+    """
+    return chi_square_tail(AXES.check("axes", axes), WIDTH.check("width", width) ** 2)
+
+
 @lru_cache(maxsize=256)
 def chi_square_quantile(degrees: float, probability: float) -> float:
     """Where the chi-square distribution function has a value: safeguarded Newton from Wilson and Hilferty's cube.
@@ -172,7 +209,10 @@ def chi_square_tail(degrees: float, value: float) -> float:
 
 
 def _gamma(a: float, x: float) -> tuple[float, float]:
-    """Regularised lower and upper incomplete gamma functions: a series below the middle, a continued fraction above."""
+    """Regularised incomplete gamma functions, lower and upper: a series below the middle, a continued fraction above.
+
+    The smaller of the two keeps all its digits.
+    """
     factor = exp(a * log(x) - x - lgamma(a))
     if x < a + 1:
         term = total = 1 / a

@@ -3,16 +3,19 @@
 predict   x_pred = F(T) x_est
 innovate  e = z - x_pred[0]
 correct   x_est = x_pred + K e,  K[i] = g[i] / T^i
+
+A gate may stand between the last two: see `tracker_core.gating`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tracker_core.checks import POSITIVE, InputError, check_choice
 from tracker_core.conventions import Gains
+from tracker_core.gating import Gate, gated_run
 from tracker_core.starts import STARTS, start_axes, start_axis
 from tracker_core.types import FloatArray, Measurements, Track
 
@@ -102,6 +105,7 @@ def run_filter(
     start: str = "two-point",
     initial_state: FloatArray | None = None,
     limit: float = STOP_LIMIT,
+    gate: Gate | None = None,
 ) -> Track:
     """Track every axis with the same gains.
 
@@ -112,19 +116,26 @@ def run_filter(
         initial_state: shape (n_axes, order), SI units; the state one interval before the first sample. Needed by
             the start "known" and by no other. Where the interval varies, the first one counts as that interval.
         limit: magnitude of a smoothed position, m, at which the run stops.
+        gate: refuses measurements that lie too far from their prediction; they are bridged like missing ones. None
+            believes everything.
 
     Returns:
-        The track; samples after a stop are NaN.
+        The track; samples after a stop are NaN. Where the gate refuses nothing it is that without a gate, bit for bit.
 
     Raises:
         InputError: for arrays that do not fit together, times that do not increase, an axis with fewer
-            measurements than the start needs, or an unknown start.
+            measurements than the start needs, an unknown start, or a gate for another number of axes.
     """
     setting = set_up(measurements, gains.order, start=start, initial_state=initial_state, limit=limit)
     from tracker_core import kernels  # compiled code is loaded when the first filter runs
 
     predicted, smoothed = setting.room(), setting.room()
     g, innovation = gains.vector, np.empty(setting.columns.shape)
+    if gate is not None:
+        stop, spread, rejected = gated_run(
+            setting.columns, setting.dt, g, gate, start, setting.initial_state, setting.limit, predicted, smoothed
+        )
+        return replace(setting.track(predicted, smoothed, stop), rejected=rejected, spread=spread.T)
     states, begins = start_axes(
         setting.start, setting.columns, setting.dt, g, setting.initial_state, predicted, smoothed
     )

@@ -13,7 +13,7 @@ import numpy as np
 
 from tracker_core.analysis import steady_lag
 from tracker_core.conventions import Gains
-from tracker_core.types import FloatArray, Measurements, Track, Truth
+from tracker_core.types import BoolArray, FloatArray, Measurements, Track, Truth
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +113,9 @@ def distances(difference: FloatArray) -> FloatArray:
 def measure(track: Track, measurements: Measurements, truth: Truth | None, gains: Gains, *, stable: bool) -> Metrics:
     """Joint figures of merit of a track.
 
+    What a gate refused does not count among the innovations, but among the errors of the measurements: those of the
+    filter have to be compared with what there was.
+
     Args:
         track: what the filter made.
         measurements: what it saw.
@@ -128,7 +131,7 @@ def measure(track: Track, measurements: Measurements, truth: Truth | None, gains
         lag = lag if isfinite(lag) else None
     predicted, smoothed = track.predicted[:, :, 0], track.smoothed[:, :, 0]
     known = None if truth is None else truth.positions
-    return _figures(predicted, smoothed, measurements.positions, known, lag)
+    return _figures(predicted, smoothed, measurements.positions, known, lag, track.rejected)
 
 
 def measure_axes(
@@ -144,6 +147,8 @@ def measure_axes(
                 missing=track.missing,
                 stopped_at=track.stopped_at,
                 limit=track.limit,
+                rejected=track.rejected,
+                spread=None if track.spread is None else track.spread[:, [axis]],
             ),
             Measurements(measurements.times, measurements.positions[:, [axis]], measurements.interval),
             None if truth is None else Truth(truth.times, truth.states[:, [axis]]),
@@ -155,9 +160,11 @@ def measure_axes(
 
 
 def _figures(
-    predicted: FloatArray, smoothed: FloatArray, observed: FloatArray, true: FloatArray | None, lag: float | None
-) -> Metrics:
-    innovation = _summary(observed, predicted)
+    predicted: FloatArray, smoothed: FloatArray, observed: FloatArray, true: FloatArray | None, lag: float | None,
+    rejected: BoolArray | None,
+) -> Metrics:  # fmt: skip
+    believed = observed if rejected is None else np.where(rejected[:, None], np.nan, observed)
+    innovation = _summary(believed, predicted)
     tracking, estimation, raw = (_summary(what, true) for what in (predicted, smoothed, observed))
     reduction = None
     if estimation.rms is not None and raw.rms:

@@ -60,6 +60,59 @@ STARTS: dict[str, Start] = {
 }
 
 
+@dataclass(frozen=True, slots=True)
+class Beginning:
+    """What the first measurements of an axis alone give.
+
+    Attributes:
+        state: shape (order,), at sample begin - 1; zero beyond what is known.
+        weights: the matrix that makes its leading part out of those measurements, shape (points, points); empty for
+            the start "known".
+        begin: the sample after them.
+        growing: whether least squares goes on from here.
+    """
+
+    state: FloatArray
+    weights: FloatArray
+    begin: int
+    growing: bool
+
+    def covariance(self) -> FloatArray:
+        """Of the errors of the state, for a unit measurement variance; zero where nothing was measured."""
+        points = len(self.weights)
+        covariance = np.zeros((len(self.state), len(self.state)))
+        covariance[:points, :points] = self.weights @ self.weights.T
+        return covariance
+
+
+def begin_axis(
+    start: str,
+    z: FloatArray,
+    dt: FloatArray,
+    g: FloatArray,
+    given: FloatArray | None,
+    predicted: FloatArray,
+    smoothed: FloatArray,
+) -> Beginning:
+    """Use the measurements without which an axis cannot begin; arguments and errors as for `start_axis`."""
+    if given is not None:
+        return Beginning(given.astype(np.float64), np.empty((0, 0)), 0, growing=False)
+    order, points = len(g), STARTS[start].points
+    seen = _first_measured(z, max(points, order if start == "expanding" else 1))
+    if len(seen) < points:
+        raise InputError("positions", f"must hold at least {points} measurements per axis for '{start}'", len(seen))
+    # A growing memory begins with the gain 1: a filter that keeps a gain as high is started by its first measurement.
+    if start == "expanding" and g[0] < 1:
+        return _interpolate(z, dt, order, seen, predicted, smoothed)
+    seen = seen[:points]
+    begin = int(seen[-1]) + 1
+    predicted[:begin] = smoothed[:begin] = np.nan
+    smoothed[seen, 0] = z[seen]
+    state, weights = _through(z, dt, seen, order)
+    smoothed[begin - 1] = state
+    return Beginning(state, weights, begin, growing=False)
+
+
 def start_axis(
     start: str,
     z: FloatArray,
@@ -85,22 +138,14 @@ def start_axis(
     Raises:
         InputError: when the axis has fewer measurements than the start needs.
     """
-    if given is not None:
-        return given.astype(np.float64), 0
-    order, points = len(g), STARTS[start].points
-    seen = _first_measured(z, max(points, order if start == "expanding" else 1))
-    if len(seen) < points:
-        raise InputError("positions", f"must hold at least {points} measurements per axis for '{start}'", len(seen))
-    # A growing memory begins with the gain 1: a filter that keeps a gain as high is started by its first measurement.
-    if start == "expanding" and g[0] < 1:
-        return _expand(z, dt, g, seen, predicted, smoothed)
-    seen = seen[:points]
-    begin = int(seen[-1]) + 1
-    predicted[:begin] = smoothed[:begin] = np.nan
-    smoothed[seen, 0] = z[seen]
-    state, _ = _through(z, dt, seen, order)
-    smoothed[begin - 1] = state
-    return state, begin
+    first = begin_axis(start, z, dt, g, given, predicted, smoothed)
+    if not first.growing:
+        return first.state, first.begin
+    from tracker_core import kernels  # compiled code is loaded when the first filter runs
+
+    state = first.state
+    begin = kernels.least_squares_start(z, dt, float(g[0]), state, first.covariance(), first.begin, predicted, smoothed)
+    return state, int(begin)
 
 
 def start_axes(
@@ -150,17 +195,15 @@ def _first_measured(z: FloatArray, count: int) -> IntArray:
     return np.flatnonzero(~np.isnan(z))[:count]
 
 
-def _expand(
-    z: FloatArray, dt: FloatArray, g: FloatArray, seen: IntArray, predicted: FloatArray, smoothed: FloatArray
-) -> tuple[FloatArray, int]:
-    """Growing memory: the polynomial through the first measurements, then least squares."""
-    from tracker_core import kernels  # compiled code is loaded when the first filter runs
-
-    order, n = len(g), len(z)
+def _interpolate(
+    z: FloatArray, dt: FloatArray, order: int, seen: IntArray, predicted: FloatArray, smoothed: FloatArray
+) -> Beginning:
+    """A growing memory while it is the polynomial through all measurements, which are too few for least squares."""
+    n = len(z)
     predicted[: seen[0] + 1] = smoothed[: seen[0]] = np.nan
     for count in range(1, len(seen) + 1):
         here = int(seen[count - 1])
-        state, inverse = _through(z, dt, seen[:count], order)
+        state, weights = _through(z, dt, seen[:count], order)
         smoothed[here] = state
         if count < order:
             following = int(seen[count]) if count < len(seen) else n
@@ -169,10 +212,8 @@ def _expand(
                 if i < following:
                     smoothed[i] = predicted[i]
     if len(seen) < order:
-        return state, n
-    covariance = inverse @ inverse.T
-    begin = kernels.least_squares_start(z, dt, float(g[0]), state, covariance, here + 1, predicted, smoothed)
-    return state, int(begin)
+        return Beginning(state, weights, n, growing=False)
+    return Beginning(state, weights, here + 1, growing=True)
 
 
 def _through(z: FloatArray, dt: FloatArray, points: IntArray, order: int) -> tuple[FloatArray, FloatArray]:

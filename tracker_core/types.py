@@ -62,6 +62,10 @@ class Track:
         missing: number of missing measurements (axis values) that were bridged by prediction.
         stopped_at: index of the sample at which the magnitude of a smoothed position passed `limit`; None if none did.
         limit: that magnitude, m.
+        rejected: shape (n_samples,), the samples that a gate refused; they too were bridged by prediction. None where
+            no gate watched.
+        spread: shape (n_samples, n_axes), m: with a gate, the standard deviation that it expected of the innovation;
+            NaN before the recursion begins and after a stop.
     """
 
     predicted: FloatArray
@@ -70,3 +74,10 @@ class Track:
     missing: int
     stopped_at: int | None
     limit: float
+    rejected: BoolArray | None = None
+    spread: FloatArray | None = None
+
+    @property
+    def believed(self) -> FloatArray:
+        """The innovation, m, with NaN at the samples that a gate refused; shape (n_samples, n_axes)."""
+        return self.innovation if self.rejected is None else np.where(self.rejected[:, None], np.nan, self.innovation)

@@ -17,6 +17,7 @@ from tracker_core.consistency import (
     error_squared,
     innovation_squared,
     model_covariance,
+    reject_probability,
 )
 from tracker_core.optimal import optimal_gains
 from tracker_core.responses import variance_reduction
@@ -233,3 +234,18 @@ def test_a_distribution_that_there_is_not_is_refused(degrees, level, field):
     with pytest.raises(InputError) as caught:
         chi_square_interval(degrees, level)
     assert caught.value.field == field
+
+
+# The tail ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("axes", [1, 2, 3, 8, 100])
+@given(width=st.floats(1, 37))
+def test_reject_probability_is_the_tail_of_chi_square(axes, width):
+    assert reject_probability(width, axes) == pytest.approx(chi2.sf(width**2, axes), rel=1e-11)
+
+
+@pytest.mark.parametrize(("width", "axes"), [(0.5, 1), (101, 1), (3, 0), (3, 1.5), (math.nan, 1)])
+def test_a_gate_that_there_is_not_has_no_probability(width, axes):
+    with pytest.raises(InputError):
+        reject_probability(width, axes)

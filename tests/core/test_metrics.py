@@ -174,3 +174,22 @@ def test_distances_are_euclidean_and_keep_holes():
     assert math.isnan(distances(np.array([[0.0, math.nan]]))[0])
     assert distances(np.array([[-2.0], [0.5]])).tolist() == [2, 0.5]
     assert distances(np.array([[2.0, 3.0, -6.0]])).tolist() == [7]
+
+
+def test_what_a_gate_refused_counts_among_the_errors_but_not_among_the_innovations():
+    predicted, observed = np.array([[1.0], [1.0], [2.0]]), np.array([[2.0], [51.0], [4.0]])
+    track, measurements, truth = bundle(predicted, predicted, observed, np.zeros((3, 1)))
+    gated = dataclasses.replace(track, rejected=np.array([False, True, False]), spread=np.ones((3, 1)))
+    metrics = measure(gated, measurements, truth, GAINS, stable=True)
+    assert metrics.innovation_total == 3
+    assert metrics.observation_rmse == math.sqrt((4 + 51**2 + 16) / 3)
+    assert metrics.tracking_total == 4
+    assert measure_axes(gated, measurements, truth, GAINS, stable=True) == (metrics,)
+    others = dataclasses.replace(metrics, innovation_total=53)
+    assert measure(track, measurements, truth, GAINS, stable=True) == others
+
+
+def test_a_truth_that_is_not_a_number_is_none():
+    parts = bundle([[1.0], [2.0]], [[1.0], [2.0]], [[2.0], [4.0]], np.full((2, 1), math.nan))
+    parts[2].states[:] = math.nan
+    assert measure(*parts, GAINS, stable=True) == measure(*parts[:2], None, GAINS, stable=True)

@@ -6,6 +6,7 @@ the recursion begins at sample `begin`. Nothing is validated here.
 """
 
 from tracker_core.kernels.banks import bank_choice, bank_mixture
+from tracker_core.kernels.gate import gated_track
 from tracker_core.kernels.lanes import lane_errors, transposed
 from tracker_core.kernels.likelihood import deletions, profile
 from tracker_core.kernels.recursions import autoregress, finish, least_squares_start, step_response, track
@@ -26,6 +27,7 @@ __all__ = [
     "candidate_scores",
     "deletions",
     "finish",
+    "gated_track",
     "lane_errors",
     "least_squares_start",
     "profile",
