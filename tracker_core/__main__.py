@@ -1,4 +1,4 @@
-"""Command line: python -m tracker_core run|design|stability|sweep|reproduce."""
+"""Command line: python -m tracker_core run|suggest|design|stability|sweep|reproduce."""
 
 from __future__ import annotations
 
@@ -37,7 +37,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> Parser:
     parser = Parser(prog="python -m tracker_core", description="Fixed-gain tracking filters.")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="run|design|stability|sweep|reproduce")
+    commands = parser.add_subparsers(
+        dest="command", required=True, metavar="run|suggest|design|stability|sweep|reproduce"
+    )
     for command in COMMANDS:
         command.add(commands)
     for added in commands.choices.values():

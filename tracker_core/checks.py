@@ -123,8 +123,8 @@ class Field:
         title: for labels.
         unit: SI symbol; empty for a pure number.
         sentence: what it is, plainly.
-        kind: "number", "whole", "numbers" (one per axis) or "choice".
-        domain: the numbers it admits; a design may narrow it.
+        kind: "number", "whole", "numbers" (one per axis), "choice" or "text".
+        domain: the numbers it admits, a text's number of characters; a design may narrow it.
         choices: the names it admits.
     """
 
@@ -146,8 +146,16 @@ class Field:
             return check_choice(name, value, self.choices)
         if self.kind == "numbers":
             return tuple(self.domain.check(name, item) for item in _items(name, value))
+        if self.kind == "text":
+            return self._text(name, value)
         number = self.domain.check(name, value)
         return int(number) if self.kind == "whole" else number
+
+    def _text(self, name: str, value: Any) -> str:
+        if not isinstance(value, str) or not value.isprintable() or len(value) not in self.domain:
+            low, high = f"{self.domain.low:,.0f}", f"{self.domain.high:,.0f}"
+            raise InputError(name, f"must be a text of {low} to {high} characters that can be seen", value)
+        return value
 
 
 def _items(name: str, value: Any) -> list[Any]:

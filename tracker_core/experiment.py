@@ -10,21 +10,27 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
+import numpy as np
+
 from tracker_core.adaptive import METHODS, Method, Shape
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
-from tracker_core.checks import InputError
+from tracker_core.checks import InputError, check_choice
 from tracker_core.conventions import Gains
 from tracker_core.design import DESIGNS, MANUAL
 from tracker_core.fields import FIELDS
+from tracker_core.measured import RECORDING, proposed, target
 from tracker_core.noise import DECIBEL
-from tracker_core.scenarios import SCENARIOS
+from tracker_core.scenarios import SCENARIOS, Scenario
 from tracker_core.starts import STARTS
 from tracker_core.types import GAIN_NAMES, ORDERS
 
 PARAMETERS = (*GAIN_NAMES, "xi", "tracking_index")
 """Fields that a gain design may be computed from."""
 
-FILTER_FIELDS = ("design", "order", *PARAMETERS, *METHOD_PARAMETERS, "convention", "start")
+LEAST_MEASURED = 4
+"""Measurements of every axis that any filter can be started with."""
+
+FILTER_FIELDS = ("design", "order", *PARAMETERS, *METHOD_PARAMETERS, "convention", "start", "gate")
 """Fields that say which filter runs; the others say what it sees."""
 
 DEFAULTS: dict[str, Any] = {
@@ -44,6 +50,8 @@ DEFAULTS: dict[str, Any] = {
 }
 
 BESIDE: dict[str, tuple[str, tuple[str, ...], Any]] = {
+    "data": ("scenario", (RECORDING,), None),
+    "reading": ("scenario", (RECORDING,), None),
     "noise_correlation": ("noise", ("coloured",), 0.5),
     "noise_std": ("noise_level", ("std",), (10.0,)),
     "snr": ("noise_level", ("snr", "snr-decibel"), 20.0),
@@ -61,9 +69,11 @@ class Experiment:
     """A complete, valid description; made by `from_dict`, which fills in what is left out.
 
     Attributes:
-        scenario: a name in SCENARIOS.
+        scenario: a name in SCENARIOS, or "recording".
+        data: what the file is known by whose content is the recording: see `measured.content_name`.
+        reading: how it is read, the text of a `recordings.Reading`; the proposed one if left out.
         samples: number of measurements, 3 to 200,000.
-        interval: T, s.
+        interval: T, s; of a recording whose intervals vary their median.
         noise: a name in NOISES.
         noise_level: "std" if noise_std gives the level of the noise, "snr" or "snr-decibel" if snr does.
         noise_std: standard deviation of the measurement error, m: one number, or one per axis.
@@ -72,6 +82,8 @@ class Experiment:
         manoeuvre: a name in MANOEUVRES.
         manoeuvre_std: standard deviation of the manoeuvre noise, in its unit.
         seed: of the noises, and of a random target.
+        gate: greatest normalised innovation that is believed, in standard deviations: see `gating.Gate`; None for no
+            gate.
         start: a name in STARTS.
         order: 2, 3 or 4.
         convention: a name in CONVENTIONS; alpha ... eta below are written in it.
@@ -86,6 +98,8 @@ class Experiment:
     """
 
     scenario: str
+    data: str | None = None
+    reading: str | None = None
     samples: int
     interval: float
     noise: str
@@ -96,6 +110,7 @@ class Experiment:
     manoeuvre: str
     manoeuvre_std: float | None = None
     seed: int
+    gate: float | None = None
     start: str
     order: int
     convention: str
@@ -139,7 +154,9 @@ class Experiment:
         for name in PARAMETERS:
             if getattr(self, name) is not None:
                 raise InputError(name, f"must be left out for the method '{self.design}'", getattr(self, name))
-        scenario = SCENARIOS[self.scenario]
+        if self.gate is not None:
+            raise InputError("gate", f"must be left out for the method '{self.design}'", self.gate)
+        scenario = self.target
         shape = Shape(self.samples, len(scenario.axes), self.order, scenario.known_states)
         self.method.check(shape, self.start, self.interval, self.parameters())
 
@@ -157,6 +174,15 @@ class Experiment:
         if experiment is None:
             raise errors[0]
         return experiment
+
+    @property
+    def target(self) -> Scenario:
+        """What is tracked.
+
+        Raises:
+            InputError: for a recording that is nowhere, or cannot be read as it is said.
+        """
+        return target_of(self.scenario, self.data, self.reading)
 
     @property
     def method(self) -> Method | None:
@@ -235,7 +261,7 @@ class Experiment:
         """
         values = {item.name: getattr(self, item.name) for item in fields(self)}
         values = {name: value for name, value in values.items() if value is not None}
-        usual = {**_usual(self.scenario, self.design, self.order), "scenario": DEFAULTS["scenario"]}
+        usual = {**_usual(self.target, self.design, self.order), "scenario": DEFAULTS["scenario"]}
         usual |= {name: value for name, value in _beside(values).items() if name not in usual}
         if minimal:
             values = {name: value for name, value in values.items() if usual.get(name) != value}
@@ -298,15 +324,28 @@ def _usual_filter(known: Mapping[str, Any]) -> dict[str, Any]:
     return usual
 
 
-def _scenario_defaults(scenario: str) -> dict[str, Any]:
+def target_of(scenario: str, data: str | None, reading: str | None) -> Scenario:
+    """What is tracked where an experiment says this.
+
+    Raises:
+        InputError: for an unknown scenario, a recording that is nowhere, or one that cannot be read like this.
+    """
+    if scenario != RECORDING:
+        return SCENARIOS[check_choice("scenario", scenario, [*SCENARIOS, RECORDING])]
+    if data is None:
+        raise InputError("data", f"must be given where scenario is '{RECORDING}'", None)
+    return target(data, proposed(data) if reading is None else reading)
+
+
+def _scenario_defaults(scenario: Scenario) -> dict[str, Any]:
     """What the scenario sets; its design, if it has one, replaces the usual one whole."""
-    defaults = dict(SCENARIOS[scenario].defaults)
+    defaults = dict(scenario.defaults)
     if "design" in defaults:
         defaults = {"xi": None, **defaults}
     return defaults
 
 
-def _usual(scenario: str, design: str | None = None, order: int | None = None) -> dict[str, Any]:
+def _usual(scenario: Scenario, design: str | None = None, order: int | None = None) -> dict[str, Any]:
     """What an experiment is filled up from; design parameters only while they belong to this design and order."""
     usual = {**DEFAULTS, **_scenario_defaults(scenario)}
     same = design in (None, usual["design"]) and (design != MANUAL or order == usual["order"])
@@ -314,7 +353,11 @@ def _usual(scenario: str, design: str | None = None, order: int | None = None) -
 
 
 def _complete(known: dict[str, Any]) -> dict[str, Any]:
-    scenario = known.get("scenario", DEFAULTS["scenario"])
+    known.setdefault("scenario", RECORDING if "data" in known else DEFAULTS["scenario"])
+    scenario = target_of(known["scenario"], known.get("data"), known.get("reading"))
+    if scenario.measured:
+        # Said in full: what is proposed may be another thing tomorrow.
+        known.setdefault("reading", proposed(known["data"]))
     usual = _usual(scenario)
     given = [name for name in PARAMETERS if name in known]
     design = known.get("design") or _implied_design(given, known.get("order", usual["order"]), usual["design"])
@@ -364,12 +407,12 @@ def orders_of(design: str) -> tuple[int, ...]:
 
 def _check_sensor(experiment: Experiment) -> None:
     """What noise, samples, interval and the scenario's recording must have in common."""
-    scenario = SCENARIOS[experiment.scenario]
     for name, (other, values, _) in BESIDE.items():
         value, beside = getattr(experiment, name), getattr(experiment, other)
         if (value is not None) != (beside in values):
             rule = "must be given" if value is None else "must be left out"
             raise InputError(name, f"{rule} where {other} is '{beside}'", value)
+    scenario = experiment.target
     if experiment.noise_level == "snr" and not (experiment.snr or 0) > 0:
         raise InputError("snr", "must be > 0 as a ratio of powers", experiment.snr)
     if experiment.noise_level == "snr-decibel":
@@ -382,6 +425,11 @@ def _check_sensor(experiment: Experiment) -> None:
             else f"must be one number, or {axes} for the axes {', '.join(scenario.axes)}"
         )
         raise InputError("noise_std", rule, list(experiment.noise_std))
+    if experiment.gate is not None and experiment.noise_std is not None and not all(experiment.noise_std):
+        rule = "must be left out where noise_std is 0: nothing else says how large an innovation may be"
+        raise InputError("gate", rule, experiment.gate)
+    if scenario.measured:
+        _check_measured(experiment)
     if experiment.noise != "recorded":
         return
     recording = scenario.recording
@@ -393,3 +441,18 @@ def _check_sensor(experiment: Experiment) -> None:
         )
     if experiment.interval != recording.interval:
         raise InputError("interval", f"must be {recording.interval:g} for recorded measurements", experiment.interval)
+
+
+def _check_measured(experiment: Experiment) -> None:
+    """Nothing is drawn where everything was measured, and nobody knows the state before it."""
+    for name, value in (("noise", "recorded"), ("noise_level", "std"), ("manoeuvre", "none")):
+        if getattr(experiment, name) != value:
+            raise InputError(name, f"must be '{value}' where scenario is '{RECORDING}'", getattr(experiment, name))
+    recording = experiment.target.recording
+    if recording is not None:
+        least = int((~np.isnan(recording.positions[: experiment.samples])).sum(axis=0).min())
+        if least < LEAST_MEASURED:
+            rule = f"must be so many that every axis was measured {LEAST_MEASURED} times; of one there are {least}"
+            raise InputError("samples", rule, experiment.samples)
+    if experiment.start == "known":
+        raise InputError("start", "must not be 'known': nobody knows the state before the first sample", "known")

@@ -7,7 +7,9 @@ from tracker_core.adaptive import METHODS
 from tracker_core.checks import Domain, Field, choice
 from tracker_core.conventions import CONVENTIONS, GAIN
 from tracker_core.design import DESIGNS, MANUAL
+from tracker_core.gating import WIDTH
 from tracker_core.manoeuvre import MANOEUVRE_STD, MANOEUVRES
+from tracker_core.measured import RECORDING
 from tracker_core.noise import CORRELATION, NOISES
 from tracker_core.scenarios import SCENARIOS
 from tracker_core.starts import STARTS
@@ -21,7 +23,11 @@ SNR = Domain(-300, 1e30)
 NOISE_LEVELS = {"std": "σ", "snr": "SNR, ratio of powers", "snr-decibel": "SNR, decibel"}
 
 FIELDS: dict[str, Field] = {
-    "scenario": choice("Scenario", "The target and its true motion.", SCENARIOS),
+    "scenario": choice("Scenario", "The target and its true motion, or your own recording.", [*SCENARIOS, RECORDING]),
+    "data": Field(
+        "", "Recording", "", "The content of the file that was recorded, in 32 hexadecimal digits.", "text",
+        Domain(1, 100)),
+    "reading": Field("", "Reading", "", "How the file is read: columns, units, time.", "text", Domain(1, 600)),
     "samples": Field("n", "Samples", "", "How many measurements are taken.", "whole", SAMPLES),
     "interval": Field("T", "Interval", "s", "Time between two measurements.", "number", INTERVAL),
     "noise": choice("Noise", "What kind of error the measurements carry.", NOISES),
@@ -41,6 +47,9 @@ FIELDS: dict[str, Field] = {
         MANOEUVRE_STD),
     "seed": Field(
         "", "Seed", "", "The same seed draws the same noise, and the same random target, everywhere.", "whole", SEED),
+    "gate": Field(
+        "", "Outlier gate", "σ", "A measurement whose innovation is greater than so many of its standard deviations is "
+        "not believed; empty for no gate.", "number", WIDTH),
     "start": choice("Start", "Where the filter's first state comes from.", STARTS),
     "order": Field(
         "", "Order", "", "Number of states per axis: 2 tracks velocity, 3 acceleration, 4 jerk.",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -11,15 +12,20 @@ import numpy as np
 from tracker_core.adaptive import Selection
 from tracker_core.batch import Runs
 from tracker_core.checks import InputError
+from tracker_core.consistency import default_gate
 from tracker_core.conventions import Gains
-from tracker_core.experiment import Experiment
+from tracker_core.experiment import Experiment, target_of
 from tracker_core.fields import FIELDS
 from tracker_core.filters import run_filter
+from tracker_core.gating import Gate
+from tracker_core.innovations import Evidence, examine
 from tracker_core.manoeuvre import wander
 from tracker_core.metrics import Metrics, measure, measure_axes
 from tracker_core.noise import NOISES, std_from_snr
-from tracker_core.scenarios import SCENARIOS, Scenario
+from tracker_core.optimal import distance_from_optimal
+from tracker_core.scenarios import Scenario
 from tracker_core.stability import Verdict, assess, stable
+from tracker_core.suggestion import Suggestion
 from tracker_core.types import FloatArray, Measurements, Track, Truth
 
 CACHED_SAMPLES = 20_000
@@ -36,12 +42,13 @@ class Result:
         gains: the gains it ran with, in its convention; where a method chose them, those of the last sample of the
             first axis, or of another one: see `at`.
         verdict: their stability.
-        truth: what the target did.
+        truth: what the target did; NaN where nobody knows it.
         measurements: what the sensor saw of it.
         noise_std: standard deviation of its error, per axis, m.
         track: what the filter made of that.
         metrics: how good the track is, all axes jointly.
         selection: how a method chose the gains; None where they are constant.
+        gate: which measurements were not believed; None where all were.
     """
 
     experiment: Experiment
@@ -53,11 +60,12 @@ class Result:
     track: Track
     metrics: Metrics
     selection: Selection | None = None
+    gate: Gate | None = None
 
     @property
     def scenario(self) -> Scenario:
         """The scenario that was run."""
-        return SCENARIOS[self.experiment.scenario]
+        return self.experiment.target
 
     def axis_metrics(self) -> tuple[Metrics, ...]:
         """The figures of merit of every axis for itself."""
@@ -70,6 +78,18 @@ class Result:
             return self
         gains = Gains.normalised(self.selection.gains_at(sample, axis)).to(self.experiment.convention)
         return replace(self, gains=gains, verdict=assess(gains))
+
+    def evidence(self) -> Evidence:
+        """What the track shows without a truth; with the gate's model, or the one that suits the gains best."""
+        index = None
+        if self.gate is not None:
+            index = self.gate.tracking_index
+        elif self.selection is None and self.verdict.stable:
+            # Rounding may hide that gains are stable.
+            with suppress(InputError):
+                index = distance_from_optimal(self.gains).tracking_index
+        std = self.noise_std if self.experiment.noise != "none" else None
+        return examine(self.track, self.measurements, self.gains, sensor_std=std, tracking_index=index)
 
     def unstable_share(self) -> float:
         """Share of the corrections, over all axes, whose gains would be unstable if they were held."""
@@ -89,14 +109,16 @@ def observe(experiment: Experiment, *, remember: bool = True) -> tuple[Truth, Me
 
 
 SEEN = (
-    "scenario", "samples", "interval", "noise", "noise_level", "noise_std", "noise_correlation", "snr", "manoeuvre",
-    "manoeuvre_std", "seed",
+    "scenario", "data", "reading", "samples", "interval", "noise", "noise_level", "noise_std", "noise_correlation",
+    "snr", "manoeuvre", "manoeuvre_std", "seed",
 )  # fmt: skip
 """What truth and measurements follow from, in the order in which `_observe` takes it."""
 
 
 def _observe(
     scenario_name: str,
+    data: str | None,
+    reading: str | None,
     samples: int,
     interval: float,
     noise: str,
@@ -108,9 +130,9 @@ def _observe(
     manoeuvre_std: float | None,
     seed: int,
 ) -> tuple[Truth, Measurements, tuple[float, ...]]:
-    scenario = SCENARIOS[scenario_name]
+    scenario = target_of(scenario_name, data, reading)
     moved = _moved if samples <= CACHED_SAMPLES else _moved.__wrapped__
-    truth = moved(scenario_name, samples, interval, seed if scenario.random else 0)
+    truth = moved(scenario_name, data, reading, samples, interval, seed if scenario.random else 0)
     times, axes = truth.times, len(scenario.axes)
     if manoeuvre_std is not None:
         pushed = truth.states + wander(manoeuvre, samples, axes, interval, manoeuvre_std, seed)
@@ -128,14 +150,15 @@ def _observe(
             positions += draw(positions.shape, std, seed, noise_correlation or 0.0)
     for array in (truth.states, positions):
         array.setflags(write=False)
-    return truth, Measurements(truth.times, positions, interval), std
+    constant = scenario.recording is None or scenario.recording.times is None
+    return truth, Measurements(truth.times, positions, interval if constant else None), std
 
 
 @lru_cache(maxsize=8)
-def _moved(scenario_name: str, samples: int, interval: float, seed: int) -> Truth:
+def _moved(name: str, data: str | None, reading: str | None, samples: int, interval: float, seed: int) -> Truth:
     """The truth without random pushes; the seed matters where the target is random."""
-    scenario = SCENARIOS[scenario_name]
-    truth = scenario.truth((scenario.first_sample + np.arange(samples, dtype=np.float64)) * interval, seed)
+    scenario = target_of(name, data, reading)
+    truth = scenario.truth(scenario.times(samples, interval), seed)
     for array in (truth.times, truth.states):
         array.setflags(write=False)
     return truth
@@ -152,7 +175,7 @@ def observe_runs(experiment: Experiment, seeds: Sequence[int]) -> Runs:
     """
     for seed in (min(seeds), max(seeds)):
         FIELDS["seed"].read("seed", seed)
-    scenario = SCENARIOS[experiment.scenario]
+    scenario = experiment.target
     if scenario.random or experiment.manoeuvre_std is not None or experiment.noise == "recorded":
         several = [observe(replace(experiment, seed=seed), remember=False) for seed in seeds]
         true = np.array([truth.positions for truth, _, _ in several])
@@ -184,7 +207,7 @@ def known_states(experiment: Experiment, seeds: Sequence[int], order: int) -> Fl
     """What the start "known" is given: shape (axes, order), (r, axes, order) for a random target; None for others."""
     if experiment.start != "known":
         return None
-    scenario = SCENARIOS[experiment.scenario]
+    scenario = experiment.target
     before = np.array([(scenario.first_sample - 1) * experiment.interval])
     if not scenario.random:
         return scenario.truth(before).states[0, :, :order]
@@ -213,10 +236,11 @@ def run_experiment(experiment: Experiment, *, remember: bool = True) -> Result:
 
 def _run(experiment: Experiment) -> Result:
     truth, measurements, noise_std = observe(experiment)
-    before, selection = known_state(experiment), None
+    before, selection, gate = known_state(experiment), None, None
     if experiment.method is None:
         gains = experiment.gains()
-        track = run_filter(measurements, gains, start=experiment.start, initial_state=before)
+        gate = gate_of(experiment, gains, noise_std)
+        track = run_filter(measurements, gains, start=experiment.start, initial_state=before, gate=gate)
     else:
         selection = experiment.method.run(
             measurements, experiment.order, truth=truth, start=experiment.start, initial_state=before,
@@ -237,7 +261,31 @@ def _run(experiment: Experiment) -> Result:
         track=track,
         metrics=measure(track, measurements, truth, gains, stable=steady),
         selection=selection,
+        gate=gate,
     )
+
+
+def suited(experiment: Experiment, suggestion: Suggestion) -> Experiment:
+    """The same target under a suggested filter; of a recording the noise is that which was found."""
+    values = dict(suggestion.values)
+    noise_std = values.pop("noise_std")
+    if experiment.target.measured:
+        experiment = replace(experiment, noise_std=noise_std, gate=None)
+    kept = {"convention": experiment.convention, "start": experiment.start}
+    return experiment.with_filter(kept | values)
+
+
+def gate_of(experiment: Experiment, gains: Gains, noise_std: tuple[float, ...]) -> Gate | None:
+    """The outlier gate of an experiment; None for none.
+
+    Raises:
+        InputError: for an axis whose sensor has no error: nothing else says how large an innovation may be.
+    """
+    if experiment.gate is None:
+        return None
+    if not all(noise_std):
+        raise InputError("gate", "must be left out where the sensor of an axis has no error", experiment.gate)
+    return default_gate(gains, noise_std, experiment.interval, experiment.gate)
 
 
 @lru_cache(maxsize=8)

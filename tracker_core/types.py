@@ -23,7 +23,7 @@ class Truth:
     Attributes:
         times: shape (n_samples,), s.
         states: shape (n_samples, n_axes, 5): position, velocity, acceleration, jerk and snap of every axis,
-            in m, m/s, ..., m/s^4.
+            in m, m/s, ..., m/s^4; NaN where nobody knows it.
     """
 
     times: FloatArray
@@ -33,6 +33,11 @@ class Truth:
     def positions(self) -> FloatArray:
         """Shape (n_samples, n_axes), m."""
         return self.states[:, :, 0]
+
+    @property
+    def known(self) -> bool:
+        """Whether the position is known at any sample."""
+        return not bool(np.isnan(self.states[:, :, 0]).all())
 
 
 @dataclass(frozen=True, slots=True)

@@ -53,7 +53,20 @@ def answer(call):
 
 # run ---------------------------------------------------------------------------------------------------------------
 
-RUN_KEYS = ["experiment", "gains", "stable", "spectral_radius", "metrics", "axes", "missing", "stopped_at", "method"]
+RUN_KEYS = [
+    "experiment",
+    "gains",
+    "stable",
+    "spectral_radius",
+    "metrics",
+    "evidence",
+    "axes",
+    "missing",
+    "refused",
+    "stopped_at",
+    "found",
+    "method",
+]
 
 
 def test_run_prints_one_json_object(answer):
@@ -339,7 +352,7 @@ REFUSED = [
     ("run --speed 3", ["--speed"]),
     ("run 3", ["3"]),
     ("run --interval", ["--interval", "expected one argument"]),
-    ("", ["run|design|stability"]),
+    ("", ["run|suggest|design|stability"]),
     ("walk", ["walk"]),
     ("design", ["NAME"]),
     ("design guess", ["design must be one of fading-memory,", "got 'guess'"]),

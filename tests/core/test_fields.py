@@ -10,11 +10,12 @@ from tracker_core.adaptive.parameters import BOUNDS, CRITERIA, END_POINTS, PARAB
 from tracker_core.experiment import DEFAULTS, PARAMETERS
 from tracker_core.fields import FIELDS, NOISE_LEVELS
 from tracker_core.manoeuvre import MANOEUVRES
+from tracker_core.measured import RECORDING
 from tracker_core.noise import NOISES
 from tracker_core.types import STATE_NAMES
 
 CHOICES = {
-    "scenario": list(SCENARIOS),
+    "scenario": [*SCENARIOS, RECORDING],
     "noise": list(NOISES),
     "start": list(STARTS),
     "convention": list(CONVENTIONS),
@@ -39,9 +40,21 @@ def test_field_is_described(name):
     field = FIELDS[name]
     assert field.title
     assert field.sentence.endswith(".")
-    assert field.kind in {"number", "whole", "numbers", "choice"}
+    assert field.kind in {"number", "whole", "numbers", "choice", "text"}
     assert bool(field.choices) == (field.kind == "choice")
     assert field.domain.whole == (field.kind == "whole")
+
+
+@pytest.mark.parametrize("value", ["", "x" * 601, "two\nlines", "\x00", None, 3, b"bytes", ["list"]], ids=repr)
+def test_other_texts_are_refused(value):
+    with pytest.raises(InputError) as caught:
+        FIELDS["reading"].read("reading", value)
+    assert caught.value.field == "reading"
+    assert "1 to 600 characters" in caught.value.rule
+
+
+def test_a_text_stays_as_it_is():
+    assert FIELDS["reading"].read("reading", "time:1,only:%3Cb%3E") == "time:1,only:%3Cb%3E"
 
 
 @pytest.mark.parametrize("name", CHOICES)
@@ -100,7 +113,7 @@ def test_other_numbers_are_refused(value):
     assert caught.value.field == "noise_std"
 
 
-@pytest.mark.parametrize("name", [name for name, field in FIELDS.items() if field.kind != "choice"])
+@pytest.mark.parametrize("name", [name for name, field in FIELDS.items() if field.kind not in {"choice", "text"}])
 @pytest.mark.parametrize("value", ["ten", None, False, float("inf")], ids=repr)
 def test_every_number_field_names_itself(name, value):
     with pytest.raises(InputError) as caught:

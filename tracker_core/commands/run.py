@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
 
-from tracker_core.checks import InputError
-from tracker_core.commands.base import Commands, add_field, gains_dict, given, print_json
+from tracker_core.commands.base import Commands, add_experiment, experiment_values, gains_dict, print_json
 from tracker_core.experiment import Experiment
 from tracker_core.exports import track_columns, write_track
-from tracker_core.fields import FIELDS
+from tracker_core.innovations import EVIDENCE
+from tracker_core.measured import recorded
 from tracker_core.metrics import METRICS
+from tracker_core.recordings import KINDS
 from tracker_core.run import Result, run_experiment
 from tracker_core.types import GAIN_NAMES
 
@@ -22,58 +22,42 @@ SHOWN_ROWS = 50
 def add(commands: Commands) -> None:
     """Add the command to a parser."""
     run = commands.add_parser("run", help="run an experiment and print its metrics")
-    run.add_argument("--experiment", metavar="FILE", help="experiment as a JSON object; flags override its fields")
-    for name in FIELDS:
-        add_field(run, name)
+    add_experiment(run)
     run.add_argument("--out", metavar="FILE", help="write the track as CSV")
     run.set_defaults(action=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
-    values = {**experiment_file(options.experiment), **given(options, list(FIELDS))}
-    result = run_experiment(Experiment.from_dict(values))
+    result = run_experiment(Experiment.from_dict(experiment_values(options)))
     if options.out:
         with Path(options.out).open("w", encoding="utf-8", newline="") as stream:
             write_track(result, stream)
     print_json(run_summary(result)) if options.json else _print_run(result)
 
 
-def experiment_file(path: str | None) -> dict[str, Any]:
-    """The fields of an experiment that a file holds as a JSON object; none without a file.
-
-    Raises:
-        InputError: for a file that holds something else.
-    """
-    if path is None:
-        return {}
-    try:
-        values = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise InputError("experiment", "must be a JSON file", f"{path}: {error}") from None
-    if not isinstance(values, dict):
-        raise InputError("experiment", "must be a JSON object", values)
-    return values
-
-
 def run_summary(result: Result) -> dict[str, Any]:
     """The result of a run as plain data.
 
-    Keys: experiment, gains (convention, alpha ... eta), stable, spectral_radius, metrics, axes (metrics by axis name),
-    missing, stopped_at (sample number counted from 1, or null), method (null for constant gains, else hindsight,
-    found, unstable_share).
+    Keys: experiment, gains (convention, alpha ... eta), stable, spectral_radius, metrics, evidence (what the
+    innovations say, by name), axes (metrics by axis name), missing, refused (samples that the gate did not believe;
+    null without one), stopped_at (sample number counted from 1, or null), found (in the file, counts by kind; null for
+    a simulated target), method (null for constant gains, else hindsight, found, unstable_share).
     """
-    stop = result.track.stopped_at
+    stop, refused = result.track.stopped_at, result.track.rejected
     return {
         "experiment": result.experiment.to_dict(),
         "gains": gains_dict(result.gains),
         "stable": result.verdict.stable,
         "spectral_radius": result.verdict.spectral_radius,
         "metrics": result.metrics.to_dict(),
+        "evidence": result.evidence().to_dict(),
         "axes": {
             axis: metrics.to_dict() for axis, metrics in zip(result.scenario.axes, result.axis_metrics(), strict=True)
         },
         "missing": result.track.missing,
+        "refused": None if refused is None else int(refused.sum()),
         "stopped_at": None if stop is None else stop + 1,
+        "found": found_in(result.experiment),
         "method": None
         if result.selection is None
         else {
@@ -84,6 +68,13 @@ def run_summary(result: Result) -> dict[str, Any]:
     }
 
 
+def found_in(experiment: Experiment) -> dict[str, int] | None:
+    """What was found in the file that was read, counts by kind of finding; None for a simulated target."""
+    if experiment.data is None or experiment.reading is None:
+        return None
+    return dict(recorded(experiment.data, experiment.reading).counts)
+
+
 def _print_run(result: Result) -> None:
     columns = track_columns(result)
     if len(result.truth.times) <= SHOWN_ROWS:
@@ -91,14 +82,22 @@ def _print_run(result: Result) -> None:
         for row in zip(*(column.tolist() for column in columns.values()), strict=True):
             print("  ".join(f"{value:14.8g}" for value in row))
         print()
+    for kind, count in (found_in(result.experiment) or {}).items():
+        print(f"{count:,} x {KINDS[kind].title.lower()}: {KINDS[kind].done}")
     if result.selection is not None:
         _print_selection(result)
     print("  ".join(f"{name} {value:.6g}" for name, value in zip(GAIN_NAMES, result.gains.values, strict=False)))
     print("stable" if result.verdict.stable else "unstable", f"(largest pole {result.verdict.spectral_radius:.6g})")
     if result.track.stopped_at is not None:
         print(f"stopped at sample {result.track.stopped_at + 1}: a position passed {result.track.limit:g} m")
-    for name, value in result.metrics.to_dict().items():
-        metric = METRICS[name]
+    if result.track.rejected is not None:
+        print(f"{int(result.track.rejected.sum()):,} samples were not believed by the gate")
+    metrics, values = (METRICS, result.metrics.to_dict())
+    if not result.truth.known:
+        print("nobody knows the truth: this is what the innovations say")
+        metrics, values = EVIDENCE, result.evidence().to_dict()
+    for name, value in values.items():
+        metric = metrics[name]
         print(f"{metric.title:28}", "-" if value is None else f"{value:.6g} {metric.unit}")
 
 

@@ -7,10 +7,8 @@ from math import isfinite
 from typing import Any
 
 from tracker_core.checks import Domain
-from tracker_core.commands.base import Commands, add_field, given, print_json
-from tracker_core.commands.run import experiment_file
+from tracker_core.commands.base import Commands, add_experiment, experiment_values, print_json
 from tracker_core.experiment import Experiment
-from tracker_core.fields import FIELDS
 from tracker_core.statistics import Interval
 from tracker_core.tuning import OBJECTIVES, PARAMETERS, Sweep, SweepOutcome
 from tracker_core.tuning.sweeps import POINTS, RUNS, usual_values
@@ -29,14 +27,12 @@ def add(commands: Commands) -> None:
     sweep.add_argument("--points", metavar="N", default="101", help="how many values")
     sweep.add_argument("--runs", metavar="N", default="20", help="how many runs, each with a seed of its own")
     sweep.add_argument("--noise-weight", metavar="W", default="0.5", help="of the noise against the lag, 0 to 1")
-    sweep.add_argument("--experiment", metavar="FILE", help="experiment as a JSON object; flags override its fields")
-    for name in FIELDS:
-        add_field(sweep, name)
+    add_experiment(sweep)
     sweep.set_defaults(action=_sweep)
 
 
 def _sweep(options: argparse.Namespace) -> None:
-    experiment = Experiment.from_dict({**experiment_file(options.experiment), **given(options, list(FIELDS))})
+    experiment = Experiment.from_dict(experiment_values(options))
     low, high = (
         None if value is None else NUMBER.check(name, value)
         for name, value in (("low", options.low), ("high", options.high))

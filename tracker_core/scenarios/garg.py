@@ -48,7 +48,7 @@ def _scenario(name: str, title: str, speed: float, onset: float, text: str, edit
             "design": "manual",
             **design,
         },
-        recording=Recording(tuple((float(value),) for value in ranges.split()), INTERVAL),
+        recording=Recording(np.array([[float(value)] for value in ranges.split()]), INTERVAL),
     )
 
 

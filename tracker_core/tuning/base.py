@@ -7,7 +7,6 @@ from typing import Generic, TypeVar
 
 from tracker_core.checks import Domain, InputError
 from tracker_core.experiment import Experiment
-from tracker_core.scenarios import SCENARIOS
 
 OutcomeT = TypeVar("OutcomeT")
 
@@ -39,7 +38,7 @@ class Progress(Generic[OutcomeT]):
 
 def steps_of(experiment: Experiment) -> int:
     """Filter steps of one run of one filter."""
-    return experiment.samples * len(SCENARIOS[experiment.scenario].axes)
+    return experiment.samples * len(experiment.target.axes)
 
 
 def check_steps(field: str, value: object, steps: int) -> int:
@@ -68,4 +67,4 @@ def check_scores(field: str, value: object, scores: int) -> None:
 def has_chance(experiment: Experiment) -> bool:
     """Whether another seed gives another run."""
     drawn = experiment.noise not in ("none", "recorded") and experiment.noise_std != (0.0,)
-    return drawn or experiment.manoeuvre_std is not None or SCENARIOS[experiment.scenario].random
+    return drawn or experiment.manoeuvre_std is not None or experiment.target.random
