@@ -459,7 +459,7 @@
     text("note", data.notes.join(" "));
     showHistory();
     gainscope.markPage();
-    document.dispatchEvent(new CustomEvent("deskbegin", { detail: { page: page.name } }));
+    document.dispatchEvent(new CustomEvent("deskbegin", { detail: { page: page.name, missing: data.missing } }));
     connect();
     send();
     return data.controls.scenario;
@@ -550,7 +550,8 @@
   }
 
   function readOut(answer) {
-    const titles = [...all("[data-metric]")].map(
+    const seen = [...all("[data-metric]")].filter((card) => card.offsetParent);
+    const titles = seen.map(
       (card) => `${card.querySelector(".metric-title").textContent} ${card.querySelector(".metric-value").textContent}`,
     );
     text("live", titles.length ? `${answer.texts.status} ${titles.join(", ")}.` : answer.texts.status);

@@ -16,7 +16,7 @@ from layouts.pins import read_pins
 from layouts.rules import OWN_VIEW, STEADY, Draft, number, preset_keys, presets
 from layouts.state import LIMIT_FIELDS, SWITCH, VIEW_FIELDS, Settings, View, plane_name, read_limits, read_view
 from layouts.tuning import follow, read_tuning, tuning_controls
-from tracker_core import SCENARIOS, Experiment, Gains, InputError, run_experiment
+from tracker_core import Experiment, Gains, InputError, run_experiment
 from tracker_core.adaptive import METHODS
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.conventions import rewrite
@@ -27,6 +27,7 @@ from tracker_core.responses import noise_gain
 from tracker_core.types import GAIN_NAMES, STATE_NAMES
 
 TEXT_LIMIT = 200
+READING_LIMIT = 601
 POLES_LIMIT = 400
 
 SPARE_GAINS: dict[str, float] = {
@@ -59,7 +60,7 @@ class Resolution:
 
 def controls_of(settings: Settings) -> dict[str, Any]:
     """Every control as it stands for these settings."""
-    experiment, axes = settings.experiment, SCENARIOS[settings.experiment.scenario].axes
+    experiment, axes = settings.experiment, settings.experiment.target.axes
     gains = present_gains(settings)
     controls: dict[str, Any] = {
         name: rewrite(SPARE_GAINS[name], GAIN_NAMES.index(name), "normalised", experiment.convention)
@@ -67,7 +68,7 @@ def controls_of(settings: Settings) -> dict[str, Any]:
         else SPARE_GAINS[name]
         for name in PARAMETERS
     }
-    controls |= {name: default for name, (_, _, default) in BESIDE.items()}
+    controls |= {name: "" if default is None else default for name, (_, _, default) in BESIDE.items()} | {"gate": ""}
     controls |= {name: spare_parameter(name, experiment.interval) for name in METHOD_PARAMETERS}
     controls |= experiment.to_dict()
     if experiment.method is not None:
@@ -198,7 +199,7 @@ def _view(values: Mapping[str, Any], experiment: Experiment) -> View:
 
 def _tame(name: str, value: Any) -> Any:
     """Nothing longer than a field needs."""
-    limit = POLES_LIMIT if name == "pole" else TEXT_LIMIT
+    limit = {"pole": POLES_LIMIT, "reading": READING_LIMIT}.get(name, TEXT_LIMIT)
     if isinstance(value, str):
         return value[:limit].strip()
     return value if isinstance(value, int | float | None) and not isinstance(value, bool) else str(value)[:limit]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -24,7 +24,8 @@ from layouts.shown import Shown
 from layouts.state import Settings, from_query
 from layouts.text import error_text
 from layouts.theme import THEMES
-from tracker_core import Result, run_experiment
+from tracker_core import InputError, Result, run_experiment
+from tracker_core.measured import DATA
 from tracker_core.types import FloatArray
 
 LONG_RUN = 10_000
@@ -77,8 +78,11 @@ class Desk:
 def beginning(desk: Desk, query: Mapping[str, Any]) -> dict[str, Any]:
     """What the page's script starts from: the controls as a link describes them, and what the page has."""
     settings, notes = from_query({name: str(value) for name, value in query.items()})
+    data = str(query.get("data", ""))
     return {
         "page": desk.page,
+        # A recording that the link names and this server does not have.
+        "missing": data if DATA.fullmatch(data) and settings.experiment.data is None else "",
         "controls": controls_of(settings),
         "pins": [[pin.slot, pin.text()] for pin in settings.pins],
         "notes": notes,
@@ -156,8 +160,15 @@ def answer(desk: Desk, request: Mapping[str, Any]) -> tuple[list[Any], dict[str,
     resolution = _resolution(request)
     if resolution.settings is None:
         return [no_update] * (len(desk.plots) + len(desk.tables)), _refusal(request, resolution)
-    shown = _shown(request, resolution.settings, live=False)
-    keys, before, updates = drawing_keys(desk, shown), request.get("drawn") or {}, list[Any]()
+    try:
+        shown = _shown(request, resolution.settings, live=False)
+    except InputError as error:
+        # What only the run finds out: too few measurements for the start, say.
+        return [no_update] * (len(desk.plots) + len(desk.tables)), _refusal(
+            request, replace(resolution, errors=(error,))
+        )
+    keys, before = drawing_keys(desk, shown), request.get("drawn") or {}
+    updates: list[Any] = []
     wanted = request.get("want") or list(desk.plots)
     now: dict[str, str] = {}
     for name, plot in desk.plots.items():
@@ -187,7 +198,10 @@ def live_answer(desk: Desk, request: Mapping[str, Any]) -> tuple[dict[str, Any],
     resolution = _resolution(request)
     if resolution.settings is None:
         return _refusal(request, resolution), []
-    shown = _shown(request, resolution.settings, live=True)
+    try:
+        shown = _shown(request, resolution.settings, live=True)
+    except InputError as error:
+        return _refusal(request, replace(resolution, errors=(error,))), []
     keys, before = drawing_keys(desk, shown), request.get("drawn") or {}
     lines: dict[str, list[list[int]]] = {}
     arrays: list[FloatArray] = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from dash import html
+from dash import dcc, html
 from dash.development.base_component import Component
 
 from layouts.components import (
@@ -31,6 +31,7 @@ from tracker_core.design import MANUAL
 from tracker_core.experiment import PARAMETERS
 from tracker_core.fields import FIELDS, NOISE_LEVELS
 from tracker_core.manoeuvre import MANOEUVRES
+from tracker_core.measured import AXES, RECORDING
 from tracker_core.metrics import Metric
 from tracker_core.noise import NOISES
 from tracker_core.papers import papers
@@ -159,8 +160,20 @@ def target_card(page: str) -> Component:
     return html.Section(
         [
             html.H2("Target and sensor"),
-            select_field(page, *_field("scenario"), [(s.name, s.title) for s in SCENARIOS.values()]),
+            select_field(
+                page, *_field("scenario"),
+                [*((s.name, s.title) for s in SCENARIOS.values()), (RECORDING, "Your own recording")],
+            ),
             html.P(id=f"{page}-description", className="formula"),
+            html.Div(
+                [
+                    dcc.Link("Load a file, or read it in another way", href="/data", id=f"{page}-load",
+                             className="page-link carries"),
+                    error_line(page, "data"),
+                    error_line(page, "reading"),
+                ],
+                className="field load",
+            ),
             html.Div(
                 [
                     box_field(page, *_field("samples")),
@@ -177,6 +190,7 @@ def target_card(page: str) -> Component:
                     box_field(page, *_field("snr")),
                     box_field(page, *_field("noise_correlation")),
                     box_field(page, *_field("manoeuvre_std")),
+                    box_field(page, *_field("gate"), FIELDS["gate"].unit),
                 ],
                 className="pair",
             ),
@@ -198,7 +212,7 @@ def target_card(page: str) -> Component:
                             ),
                             error_line(page, "seed"),
                         ],
-                        className="field",
+                        className="field field-seed",
                     ),
                     select_field(page, *_field("start"), [(s.name, s.title) for s in STARTS.values()]),
                 ],
@@ -227,20 +241,21 @@ def status_row(page: str) -> Component:
     )
 
 
-def metrics_card(page: str, cards: Mapping[str, str], metrics: Mapping[str, Metric]) -> Component:
+def metrics_card(
+    page: str, cards: Mapping[str, str], metrics: Mapping[str, Metric], instead: Component | None = None
+) -> Component:
     """Figures of merit with their change since the last pin.
 
     Args:
         page: prefix of the ids.
         cards: title by name of the metric.
         metrics: what they are.
+        instead: what is shown where nobody knows the truth; None where the figures need none.
     """
-    shown = [
-        metric_card(name, title, f"{metrics[name].sentence} {metrics[name].formula}") for name, title in cards.items()
-    ]
     return html.Section(
         [
-            html.Div(shown, className="metrics"),
+            html.Div(metric_cards(cards, metrics), className="metrics" + (" field-with-truth" if instead else "")),
+            instead,
             html.Div(
                 [
                     html.Button("Pin", id=f"{page}-pin", type="button", className="quiet",
@@ -257,6 +272,13 @@ def metrics_card(page: str, cards: Mapping[str, str], metrics: Mapping[str, Metr
     )  # fmt: skip
 
 
+def metric_cards(cards: Mapping[str, str], metrics: Mapping[str, Metric]) -> list[Component]:
+    """A card for each figure of merit: title by name, and what they are."""
+    return [
+        metric_card(name, title, f"{metrics[name].sentence} {metrics[name].formula}") for name, title in cards.items()
+    ]
+
+
 def exaggerate_field(page: str) -> Component:
     """How much larger deviations from the truth are drawn."""
     return select_field(
@@ -268,7 +290,7 @@ def exaggerate_field(page: str) -> Component:
 
 def axis_field(page: str, sentence: str) -> Component:
     """Which coordinate is shown; the page's script offers those of the present target."""
-    axes = dict.fromkeys(axis for scenario in SCENARIOS.values() for axis in scenario.axes)
+    axes = dict.fromkeys([*(axis for scenario in SCENARIOS.values() for axis in scenario.axes), *AXES])
     return select_field(page, "axis", "Axis", sentence, [(axis, axis) for axis in axes])
 
 

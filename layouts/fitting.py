@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from typing import Any
 
-from tracker_core import DESIGNS, SCENARIOS, InputError
+from tracker_core import DESIGNS, InputError
 from tracker_core.adaptive import METHODS, Method
-from tracker_core.experiment import BESIDE
+from tracker_core.experiment import BESIDE, target_of
 from tracker_core.fields import FIELDS
 from tracker_core.noise import DECIBEL
+from tracker_core.scenarios import Scenario
 from tracker_core.types import STATE_NAMES
 
 
@@ -59,13 +60,22 @@ def _take_defaults(method: Method, controls: dict[str, Any], changed: Collection
 
 def _keep_objective(controls: dict[str, Any], order: int) -> Iterator[str]:
     """A search follows a state that the filter has, and that is known of the target."""
-    objective, scenario = controls.get("objective"), SCENARIOS.get(str(controls.get("scenario")))
+    objective, scenario = controls.get("objective"), _target(controls)
     if objective not in STATE_NAMES or scenario is None:
         return
     followed = STATE_NAMES[: min(order, scenario.known_states)]
-    if objective not in followed:
+    if followed and objective not in followed:
         controls["objective"] = followed[-1]
         yield f"The true {objective} is not known or followed here: the objective is {followed[-1]}."
+
+
+def _target(controls: dict[str, Any]) -> Scenario | None:
+    """What the controls say is tracked; None where that cannot be told."""
+    data, reading = (str(controls.get(name) or "") or None for name in ("data", "reading"))
+    try:
+        return target_of(str(controls.get("scenario")), data, reading)
+    except InputError:
+        return None
 
 
 def _keep_window(controls: dict[str, Any]) -> Iterator[str]:

@@ -88,6 +88,19 @@ def metrics_of(experiment: Experiment) -> Metrics | None:
     return result.metrics if result.track.stopped_at is None else None
 
 
+def errors_of(experiment: Experiment) -> dict[str, float | None] | None:
+    """How good a run is, by name of the metric; None if it was stopped."""
+    metrics = metrics_of(experiment)
+    return None if metrics is None else metrics.to_dict()
+
+
+@lru_cache(maxsize=256)
+def evidence_of(experiment: Experiment) -> dict[str, float | None] | None:
+    """What the innovations of a run say, by name; None if it was stopped."""
+    result = result_of(experiment)
+    return result.evidence().to_dict() if result.track.stopped_at is None else None
+
+
 @lru_cache(maxsize=256)
 def merits_of(experiment: Experiment) -> dict[str, float | None]:
     """What its gains buy."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from layouts.state import Settings, plane_name, to_query
 from layouts.text import error_text, significant
-from tracker_core import DESIGNS, SCENARIOS, STARTS, Experiment, Gains, InputError, Result
+from tracker_core import DESIGNS, STARTS, Experiment, Gains, InputError, Result
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.conventions import rewrite
 from tracker_core.design import MANUAL
@@ -83,6 +83,8 @@ def status_text(result: Result, settings: Settings) -> tuple[str, str]:
         text = f"Gains at {where}: {text[0].lower()}{text[1:]}"
         if share:
             text += f" {significant(100 * share, 2)} % of all corrections use gains that would be unstable if held."
+    if result.measurements.interval is None:
+        text += " That is so at a constant interval; here it varies."
     return (tone, text) if result.track.stopped_at is None else ("bad", f"{text} {_stop_text(result)}")
 
 
@@ -183,6 +185,10 @@ def fields_shown(experiment: Experiment) -> dict[str, bool]:
         takes.discard("grid_eta")
     shown = {name: name in takes for name in METHOD_PARAMETERS}
     shown |= {name: getattr(experiment, other) in values for name, (other, values, _) in BESIDE.items()}
+    measured, known = experiment.target.measured, bool(experiment.target.known_states)
+    # Nothing is drawn where everything was measured.
+    shown |= dict.fromkeys(("interval", "noise", "noise_level", "manoeuvre", "seed"), not measured)
+    shown |= {"gate": experiment.method is None, "exaggerate": known, "with-truth": known, "without-truth": not known}
     return shown | {"beside": bool(experiment.hindsight)}
 
 
@@ -198,7 +204,7 @@ def owned(experiment: Experiment) -> dict[str, str]:
 
 def offers(experiment: Experiment) -> dict[str, list[str]]:
     """Per menu the choices that make sense now."""
-    scenario = SCENARIOS[experiment.scenario]
+    scenario = experiment.target
     return {
         "axis": list(scenario.axes),
         "quantity": list(STATE_NAMES[: experiment.order]),
@@ -206,7 +212,9 @@ def offers(experiment: Experiment) -> dict[str, list[str]]:
         "start": [
             start.name
             for start in STARTS.values()
-            if experiment.order >= start.least_order and (experiment.method is None or start.name != "expanding")
+            if experiment.order >= start.least_order
+            and (experiment.method is None or start.name != "expanding")
+            and not (scenario.measured and start.name == "known")
         ],
         "plane": [plane_name(plane) for plane in PLANES[experiment.order]],
         "objective": list(STATE_NAMES[: min(experiment.order, scenario.known_states)]),

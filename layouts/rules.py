@@ -18,8 +18,9 @@ from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.checks import Domain, check_choice
 from tracker_core.conventions import GAIN, rewrite
 from tracker_core.design import MANUAL
-from tracker_core.experiment import BESIDE, DEFAULTS, PARAMETERS, orders_of
+from tracker_core.experiment import BESIDE, DEFAULTS, PARAMETERS, orders_of, target_of
 from tracker_core.fields import FIELDS
+from tracker_core.measured import RECORDING
 from tracker_core.optimal import path_index
 from tracker_core.papers import papers
 from tracker_core.poles import gains_from_poles, move_pole
@@ -36,6 +37,9 @@ OWN_VIEW = ("exaggerate", "plane", "background", "input", "beside", *COMPARING_F
 
 KEPT = (*OWN_VIEW, *LIMIT_FIELDS, "preset")
 """What a preset leaves as it is."""
+
+TARGET = ("scenario", "data", "reading")
+"""What says which target it is."""
 
 SENSOR_FIELDS = ("samples", "interval", "noise", "noise_level", "noise_std", "manoeuvre")
 
@@ -66,7 +70,7 @@ class Draft:
     def apply(self) -> None:
         """Apply every rule; of a preset, a scenario and what else was moved the later one wins."""
         chosen, preset = self.controls.get("scenario"), presets().get(str(self.controls.get("preset")))
-        bulk = [name for name in self.changed if name == "scenario" or (name == "preset" and preset is not None)]
+        bulk = [name for name in self.changed if name in TARGET or (name == "preset" and preset is not None)]
         start = self.changed.index(bulk[-1]) + 1 if bulk else 0
         later = {name: self.controls.get(name) for name in self.changed[start:]}
         if preset is not None and "preset" in bulk:
@@ -74,9 +78,13 @@ class Draft:
             self.controls.update(self.standing(preset) | {name: self.controls.get(name) for name in KEPT})
             # The preset has settled everything that was moved before it.
             self.changed = list(later)
-        if bulk[-1:] == ["scenario"] and chosen in SCENARIOS:
-            self.controls["scenario"] = chosen
-            self._take_sensor()
+        if bulk and bulk[-1] in TARGET:
+            # Another file, or the same one read in another way, is meant to be looked at.
+            self.controls["scenario"] = chosen if bulk[-1] == "scenario" else RECORDING
+            if "data" in self.changed and "reading" not in self.changed:
+                self.controls["reading"] = ""
+            if self.controls["scenario"] in (*SCENARIOS, RECORDING):
+                self._take_sensor()
         self.controls.update(later)
         self._follow()
 
@@ -95,6 +103,7 @@ class Draft:
         self._take_hold()
         self._hand_over()
         self._keep_start()
+        self._keep_gate()
         self.notes += fit(self.controls, self.changed, self.order)
 
     @property
@@ -109,7 +118,8 @@ class Draft:
         return tuple(METHODS[design].parameters) if design in METHODS else GAIN_NAMES[: self.order]
 
     def _take_sensor(self) -> None:
-        usual = {**DEFAULTS, **SCENARIOS[self.controls["scenario"]].defaults}
+        data, reading = (str(self.controls.get(name) or "") or None for name in ("data", "reading"))
+        usual = {**DEFAULTS, **target_of(self.controls["scenario"], data, reading).defaults}
         for name in (*SENSOR_FIELDS, "start"):
             self.controls[name] = usual[name]
         self.controls["noise_std"] = ",".join(map(str, usual["noise_std"]))
@@ -221,6 +231,12 @@ class Draft:
             self.controls["start"] = "two-point"
             self.notes.append("Expanding memory is such a method itself: starting with two points.")
 
+    def _keep_gate(self) -> None:
+        adaptive = self.controls.get("design") in METHODS.keys() - DESIGNS.keys()
+        if adaptive and self.controls.get("gate") not in (None, "") and "gate" not in self.changed:
+            self.controls["gate"] = ""
+            self.notes.append("Only constant gains have an outlier gate: it is off.")
+
     def experiment_values(self) -> dict[str, Any]:
         """The fields that mean something now, none of the others."""
         takes, unread = self._takes(), {*PARAMETERS, *METHOD_PARAMETERS}
@@ -231,7 +247,7 @@ class Draft:
         return {
             name: "" if value is None else value
             for name, value in values.items()
-            if name not in SEARCHED or value not in (None, "")
+            if name not in MAY_BE_EMPTY or value not in (None, "")
         }
 
 
@@ -239,6 +255,9 @@ SEARCHED = frozenset(
     name for method in METHODS.values() for name, default in method.parameters.items() if default is None
 )
 """Parameters that may be left empty."""
+
+MAY_BE_EMPTY = SEARCHED | {"data", "gate", "reading"}
+"""What says nothing where it is empty."""
 
 
 def index_design(order: int) -> str | None:

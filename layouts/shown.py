@@ -40,7 +40,8 @@ class Shown:
 def target_key(shown: Shown) -> str:
     """What must stay the same for a zoom to keep its meaning."""
     experiment = shown.settings.experiment
-    return f"{experiment.scenario}|{experiment.samples}|{experiment.interval!r}"
+    target = (experiment.scenario, experiment.data, experiment.reading)
+    return f"{target}|{experiment.samples}|{experiment.interval!r}"
 
 
 def seen_key(shown: Shown) -> str:

@@ -10,7 +10,7 @@ from urllib.parse import urlencode
 from layouts.comparing import COMPARING_FIELDS, Comparing, comparing_query, read_comparing
 from layouts.pins import SLOTS, Pin, read_pin
 from layouts.tuning import TUNING_FIELDS, Tuning, read_tuning, tuning_query
-from tracker_core import SCENARIOS, Experiment, InputError
+from tracker_core import Experiment, InputError
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.checks import Domain, check_choice
 from tracker_core.experiment import PARAMETERS, read_experiment
@@ -104,7 +104,7 @@ class Settings:
 
 def to_query(settings: Settings) -> str:
     """The link's query string: whatever is not the default, nothing else."""
-    scenario = SCENARIOS[settings.experiment.scenario]
+    scenario = settings.experiment.target
     values = _plain(settings.experiment)
     view, usual = settings.view, View()
     if view.axis:
@@ -170,6 +170,7 @@ def _slots(query: Mapping[str, str]) -> list[int]:
     return [named[name] for name in query if name in named]
 
 
+_OF_RECORDING = ("scenario", "data", "reading", "samples", "interval", "noise", "noise_level", "noise_std")
 _BLAMED = ("order", "design", *PARAMETERS, *METHOD_PARAMETERS)
 
 
@@ -182,6 +183,9 @@ def _lenient(values: dict[str, Any]) -> tuple[Experiment, list[str]]:
             return experiment, notes
         for error in errors:
             blamed = [error.field] if error.field in values else [name for name in _BLAMED if name in values]
+            if error.field == "data":
+                # What was said of one recording is meant of no other target.
+                blamed = [name for name in _OF_RECORDING if name in values]
             notes.append(f"{error}; the default is used.")
             for name in blamed or list(values):
                 values.pop(name, None)
@@ -189,7 +193,7 @@ def _lenient(values: dict[str, Any]) -> tuple[Experiment, list[str]]:
 
 def read_view(values: Mapping[str, Any], experiment: Experiment) -> tuple[View, list[InputError]]:
     """The view that fits an experiment; what does not fit it is left at its default and reported."""
-    axes = SCENARIOS[experiment.scenario].axes
+    axes = experiment.target.axes
     view, errors = View(), []
     planes = {plane_name(plane): plane for plane in PLANES[experiment.order]}
     readers: dict[str, Callable[[Any], Any]] = {

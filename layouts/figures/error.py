@@ -1,4 +1,4 @@
-"""The distance to the truth over time."""
+"""The distance to the truth over time; where nobody knows it, the distance to the measurements."""
 
 from __future__ import annotations
 
@@ -7,27 +7,32 @@ from math import floor, log10
 import numpy as np
 
 from layouts.figures.common import META, Figure, drawn, padded_range, trace, xy
+from layouts.figures.track import refused
 from layouts.shown import Shown, beside_key, seen_key, target_key
 from layouts.theme import layout, tokens
 from tracker_core.metrics import distances
 from tracker_core.types import FloatArray
 
-MOVING = (META, *xy(0, 1, 2, 3, 5, 6), ("layout", "yaxis", "range"))
+MOVING = (META, *xy(0, 1, 2, 3, 5, 6, 7), ("layout", "yaxis", "range"))
 SHORT_RUN = 80
 """Runs of up to so many samples are shown sample by sample, longer ones as a running RMS as well."""
 
 
 def error_figure(shown: Shown) -> Figure:
-    """Distance of prediction and smoothed position from the truth against time, with the level of the measurements."""
+    """Distance of prediction and smoothed position from the truth against time, with the level of the measurements.
+
+    Where nobody knows the truth, their distance from the measurements.
+    """
     result, view, theme = shown.result, shown.view, shown.theme
-    times, truth = result.truth.times, result.truth.positions
+    times, known = result.truth.times, result.truth.known
+    truth = result.truth.positions if known else result.measurements.positions
     rows = drawn(len(times))
     raw = distances(result.measurements.positions - truth)
     errors = {
         "predicted": distances(result.track.predicted[:, :, 0] - truth),
         "smoothed": distances(result.track.smoothed[:, :, 0] - truth),
     }
-    level = float(np.sqrt(np.nanmean(raw**2)))
+    level = float(np.sqrt(np.nanmean(raw**2))) if known else float(np.sqrt(np.sum(np.square(result.noise_std))))
     top = _scale(level, errors["predicted"])
     width = window(len(times))
     cursor = float(times[view.cursor(len(times))])
@@ -43,7 +48,7 @@ def error_figure(shown: Shown) -> Figure:
         {
             "type": "scatter", "mode": "lines", "x": [float(times[0]), float(times[-1])], "y": [level, level],
             "line": {"color": tokens(theme)["observed"], "width": 2, "dash": "dot"},
-            "name": "Raw RMSE", "hoverinfo": "skip",
+            "name": "Raw RMSE" if known else "σ, assumed", "hoverinfo": "skip",
         },
         {
             "type": "scatter", "mode": "lines", "x": [cursor, cursor], "y": [0, 100 * top],
@@ -54,6 +59,7 @@ def error_figure(shown: Shown) -> Figure:
     if shown.beside is not None:
         beside = running_rms(visible(distances(shown.beside.track.smoothed[:, :, 0] - truth), top), width)
     data.append(trace("counterpart", times[rows], beside[rows], theme, showlegend=shown.beside is not None))
+    data.append(refused(shown, times, np.minimum(errors["predicted"], 0.97 * top)))
     return {
         "data": data,
         "layout": layout(
@@ -63,7 +69,7 @@ def error_figure(shown: Shown) -> Figure:
             legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
             margin={"l": 56, "r": 12, "t": 34, "b": 40},
             xaxis={"title": {"text": "time (s)"}, "range": padded_range(times, 0.02)},
-            yaxis={"title": {"text": "distance to the truth (m)"}, "range": [0, top]},
+            yaxis={"title": {"text": f"distance to the {'truth' if known else 'measurement'} (m)"}, "range": [0, top]},
         ),
     }
 

@@ -16,9 +16,9 @@ from tracker_core.types import STATE_NAMES, FloatArray
 CLOSE_UP_SAMPLES = 30
 UNITS = ("m", "m/s", "m/s²", "m/s³")
 
-PATH_MOVING = (META, *xy(2, 3, 4, 5))
-CLOSE_UP_MOVING = (META, *xy(0, 1, 2, 3, 4, 5), ("layout", "xaxis", "range"), ("layout", "yaxis", "range"))
-AXIS_MOVING = (META, *xy(2, 3, 4))
+PATH_MOVING = (META, *xy(2, 3, 4, 5, 6))
+CLOSE_UP_MOVING = (META, *xy(0, 1, 2, 3, 4, 5, 6), ("layout", "xaxis", "range"), ("layout", "yaxis", "range"))
+AXIS_MOVING = (META, *xy(2, 3, 4, 5))
 
 
 def positions(result: Result, view: View) -> dict[str, FloatArray]:
@@ -30,7 +30,8 @@ def positions(result: Result, view: View) -> dict[str, FloatArray]:
         "predicted": result.track.predicted[:, :, 0],
         "smoothed": result.track.smoothed[:, :, 0],
     }
-    if view.exaggerate != 1:
+    # Where nobody knows the truth there is nothing to deviate from.
+    if view.exaggerate != 1 and result.truth.known:
         series = {name: truth + view.exaggerate * (values - truth) for name, values in series.items()}
     return series
 
@@ -74,7 +75,7 @@ def path_figure(shown: Shown) -> Figure:
     # The axes are those of truth and measurements: they must not move while the gains do.
     still_x, still_y = (np.concatenate([planes[kind][i] for kind in ("truth", "observed")]) for i in (0, 1))
     cursor = view.cursor(len(result.truth.times))
-    here = plane_of(result, series["truth"], slice(cursor, cursor + 1))
+    here = plane_of(result, whereabouts(series), slice(cursor, cursor + 1))
     t = tokens(theme)
     some = thinned(len(result.truth.times))
     data = [trace(kind, *planes[kind], theme) for kind in SERIES]
@@ -87,6 +88,8 @@ def path_figure(shown: Shown) -> Figure:
         }
     )  # fmt: skip
     data.append(_counterpart(shown, rows, limit))
+    data.append(refused(shown, *plane_of(result, series["observed"], slice(None))))
+    data[0]["showlegend"] = result.truth.known
     return {
         "data": data,
         "layout": layout(
@@ -98,6 +101,26 @@ def path_figure(shown: Shown) -> Figure:
             **axes_of(result, padded_range(still_x), padded_range(still_y)),
         ),
     }
+
+
+def whereabouts(series: dict[str, FloatArray]) -> FloatArray:
+    """The best that is known of where the target was, shape (n_samples, n_axes); it depends on the filter nowhere else.
+
+    The truth, or else what was measured, or else what the filter made of it.
+    """
+    places = np.where(np.isnan(series["truth"]), series["observed"], series["truth"])
+    return np.where(np.isnan(places), series["smoothed"], places)
+
+
+def refused(shown: Shown, x: FloatArray, y: FloatArray, rows: slice = slice(None)) -> Figure:
+    """The measurements that the gate did not believe, of those that are shown."""
+    gone = shown.result.track.rejected
+    some = np.zeros(len(x), dtype=bool) if gone is None else gone[rows]
+    return {
+        "type": "scatter", "mode": "markers", "x": packed(x[some], "f8"), "y": packed(y[some], "f8"),
+        "marker": {"symbol": "x-thin", "size": 9, "line": {"width": 2, "color": tokens(shown.theme)["bad"]}},
+        "name": "Not believed", "showlegend": bool(some.any()),
+    }  # fmt: skip
 
 
 def _counterpart(shown: Shown, rows: slice, limit: float) -> Figure:
@@ -141,6 +164,7 @@ def close_up_figure(shown: Shown) -> Figure:
     for part, kind in zip(data, SERIES, strict=False):
         part["x"], part["y"] = (packed(values, "f8") for values in planes[kind])
     data.append(_counterpart(shown, rows, limit))
+    data.append(refused(shown, *planes["observed"], rows))
     data[0]["mode"] = data[2]["mode"] = data[3]["mode"] = "lines+markers"
     data[0]["marker"] = {"size": 4, "color": tokens(theme)["truth"]}
     data[1]["marker"] = hollow(theme, 8)
@@ -168,10 +192,7 @@ def axis_figure(shown: Shown) -> Figure:
     observed = result.measurements.positions[:, view.axis] if view.quantity == 0 else np.full_like(truth, np.nan)
     predicted = result.track.predicted[:, view.axis, view.quantity]
     smoothed = result.track.smoothed[:, view.axis, view.quantity]
-    # What an error of the measurements makes of this state, whatever the gains: the axis must not move with them.
-    error = result.measurements.positions[:, view.axis] - result.truth.positions[:, view.axis]
-    spread = float(np.sqrt(np.nanmean(error**2))) / result.experiment.interval**view.quantity
-    low_high = padded_range(np.concatenate((truth - spread, truth + spread, observed)), 0.08)
+    low_high = _axis_range(result, view, truth, observed, smoothed)
     limit = 100 * max(map(abs, low_high))
     data = [
         trace("truth", times[rows], truth[rows], theme),
@@ -186,6 +207,7 @@ def axis_figure(shown: Shown) -> Figure:
             "line": {"color": tokens(theme)["marker"], "width": 1.5}, "hoverinfo": "skip",
         }
     )  # fmt: skip
+    data.append(refused(shown, times, observed))
     name = (
         f"{result.scenario.axes[view.axis]} {STATE_NAMES[view.quantity]}"
         if view.quantity
@@ -202,6 +224,22 @@ def axis_figure(shown: Shown) -> Figure:
             yaxis={"title": {"text": f"{name} ({UNITS[view.quantity]})"}, "range": low_high},
         ),
     }
+
+
+def _axis_range(
+    result: Result, view: View, truth: FloatArray, observed: FloatArray, smoothed: FloatArray
+) -> list[float]:
+    """What the axis of a state spans: as long as the truth is known, or the measurements are looked at, it stays."""
+    error = result.measurements.positions[:, view.axis] - result.truth.positions[:, view.axis]
+    if np.isnan(truth).all():
+        if view.quantity == 0:
+            return padded_range(observed, 0.08)
+        finite = smoothed[np.isfinite(smoothed)]
+        # What the start has left behind does not count.
+        return padded_range(np.quantile(finite, (0.01, 0.99)), 0.3) if finite.size else padded_range(finite)
+    # What an error of the measurements makes of this state, whatever the gains: the axis must not move with them.
+    spread = float(np.sqrt(np.nanmean(error**2))) / result.experiment.interval**view.quantity
+    return padded_range(np.concatenate((truth - spread, truth + spread, observed)), 0.08)
 
 
 def path_key(shown: Shown) -> str:

@@ -53,7 +53,7 @@ class TrackPicture:
     Attributes:
         key: stays the same as long as times, truth and observed do.
         times: shape (n_samples,), s, increasing.
-        truth: shape (n_samples, n_axes), m, one to three axes.
+        truth: shape (n_samples, n_axes), m, one to three axes; NaN where nobody knows it.
         observed: same shape; NaN where a measurement is missing.
         predicted: same shape; NaN where there is none.
         smoothed: same shape; NaN where there is none.
@@ -63,8 +63,8 @@ class TrackPicture:
         theme: "light" or "dark".
 
     Raises:
-        InputError: for shapes that do not fit, truth or times that are not finite, a cursor outside the run, or an
-            unknown theme.
+        InputError: for shapes that do not fit, times that are not finite, a cursor outside the run, or an unknown
+            theme.
     """
 
     key: str
@@ -86,8 +86,6 @@ class TrackPicture:
             shape = getattr(self, name).shape
             if len(shape) != 2 or shape[0] != samples or shape[1] not in (1, 2, 3) or shape != self.truth.shape:
                 raise InputError(name, f"must have the shape ({samples}, n_axes) with 1 to 3 axes", shape)
-        if not np.isfinite(self.truth).all():
-            raise InputError("truth", "must be finite numbers", self.truth)
         if len(self.names) < self.truth.shape[1]:
             raise InputError("names", f"must be {self.truth.shape[1]} names", self.names)
         Domain(0, samples - 1, whole=True).check("cursor", self.cursor)

@@ -280,7 +280,7 @@ def tables(request_for, controls):
 
 @pytest.mark.parametrize("scenario", SCENARIOS)
 def test_the_metrics_are_listed_jointly_and_per_axis(controls_for, request_for, scenario):
-    (caption, head, rows), _ = tables(request_for, controls_for(scenario=scenario))
+    (caption, head, rows), *_ = tables(request_for, controls_for(scenario=scenario))
     axes = SCENARIOS[scenario].axes
     result = run_experiment(Experiment.from_dict({"scenario": scenario}))
     assert caption == "Metrics"
@@ -301,7 +301,7 @@ def test_the_metrics_are_listed_jointly_and_per_axis(controls_for, request_for, 
 
 @pytest.mark.parametrize(("samples", "at"), [(1000, None), (1000, 0), (1000, 999), (3, None), (31, 30)])
 def test_the_samples_of_the_close_up_are_listed(controls_for, request_for, samples, at):
-    _, (caption, head, rows) = tables(request_for, controls_for(View(at=at), samples=samples))
+    *_, (caption, head, rows) = tables(request_for, controls_for(View(at=at), samples=samples))
     result = run_experiment(Experiment.from_dict({"samples": samples}))
     assert caption == "Samples of the close-up (m, s)"
     assert len(rows) == min(31, samples)
@@ -319,7 +319,7 @@ def test_the_samples_of_the_close_up_are_listed(controls_for, request_for, sampl
 
 
 def test_the_samples_of_a_long_way_can_be_told_apart(controls_for, request_for):
-    _, (_, head, rows) = tables(request_for, controls_for(samples=20_000, interval=600))
+    *_, (_, head, rows) = tables(request_for, controls_for(samples=20_000, interval=600))
     times = [row[head.index("time")] for row in rows]
     positions = [row[head.index("x true")] for row in rows]
     assert len(set(times)) == len(times)

@@ -27,6 +27,9 @@ from tracker_core.types import STATE_NAMES
 
 NAMES = [name for name in METHODS if name not in DESIGNS]
 SERVED = [(name, order) for name in NAMES for order in METHODS[name].orders]
+OF_THE_TARGET = (
+    "interval", "noise", "noise_level", "manoeuvre", "seed", "exaggerate", "with-truth", "without-truth",
+)  # fmt: skip
 ORACLES = ["linear-combination", "parallel-bank", "sample-search", "run-search"]
 SHORT = {"samples": 80}
 
@@ -50,7 +53,7 @@ def number(text):
 
 # Fields ------------------------------------------------------------------------------------------------------------
 
-BESIDE = {"noise_correlation", "noise_std", "snr", "manoeuvre_std"}
+BESIDE = {"data", "reading", "noise_correlation", "noise_std", "snr", "manoeuvre_std"}
 
 
 @pytest.mark.parametrize(("method", "order"), [*SERVED, ("fading-memory", 3), ("benedict-bordner", 2)])
@@ -61,8 +64,10 @@ def test_the_fields_of_a_method_are_shown_and_those_of_no_other(method, order):
     # Only a filter of order 4 has an eta to search.
     takes -= {"grid_eta"} if order == 3 else set()
     assert {name for name in PARAMETERS if fields[name]} == takes
-    assert set(fields) == {*PARAMETERS, *BESIDE, "beside"}
+    assert set(fields) == {*PARAMETERS, *BESIDE, *OF_THE_TARGET, "beside", "gate"}
     assert fields["beside"] == (method in ORACLES)
+    # What no gains of its own has can be gated.
+    assert fields["gate"] == (method not in set(METHODS) - set(DESIGNS))
 
 
 @pytest.mark.parametrize("noise", [name for name in NOISES if name != "recorded"])
@@ -79,7 +84,8 @@ def test_of_the_sensor_the_fields_are_shown_that_mean_something(noise, level, ma
 
 def test_the_fields_of_a_recorded_run():
     fields = fields_shown(Experiment.from_dict({"scenario": "garg-accelerating"}))
-    assert {name for name in fields if fields[name]} == {"noise_std"}
+    drawn = set(OF_THE_TARGET) - {"without-truth"}
+    assert {name for name in fields if fields[name]} == {"noise_std", "gate", *drawn}
 
 
 # Level of the noise ------------------------------------------------------------------------------------------------

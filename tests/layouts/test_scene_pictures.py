@@ -55,7 +55,6 @@ def test_a_region_that_cannot_be_drawn_is_refused(changed, field):
         ({"times": np.empty(0)}, "times"),
         ({"times": np.full(50, np.nan)}, "times"),
         ({"truth": np.zeros((49, 2))}, "truth"),
-        ({"truth": np.full((50, 2), np.inf)}, "truth"),
         ({"observed": np.zeros(50)}, "observed"),
         ({"predicted": np.zeros((50, 3))}, "predicted"),
         ({"smoothed": np.zeros((50, 1))}, "smoothed"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from dash.development.base_component import Component
@@ -20,6 +21,8 @@ from layouts.state import Settings
 from layouts.text import metric_text, significant
 from tracker_core import METRICS, Result
 from tracker_core.exports import track_columns
+from tracker_core.innovations import EVIDENCE
+from tracker_core.metrics import Metric
 from tracker_core.types import STATE_NAMES
 
 NUMBERS = "explore-numbers"
@@ -91,11 +94,8 @@ def numbers(result: Result, settings: Settings) -> list[Component]:
     """The tables: every metric jointly and per axis, and the samples around the one looked at."""
     axes, several = result.scenario.axes, len(result.scenario.axes) > 1
     columns = [result.metrics.to_dict(), *(metrics.to_dict() for metrics in result.axis_metrics() if several)]
-    metric_rows = [
-        [f"{metric.title}" + (f" ({metric.unit})" if metric.unit else "")]
-        + ["–" if column[name] is None else significant(float(column[name] or 0), 6) for column in columns]
-        for name, metric in METRICS.items()
-    ]
+    evidence = result.evidence()
+    said = [evidence.to_dict(), *(part.to_dict() for part in evidence.axes if several)]
     rows = track.close_up_rows(len(result.truth.times), settings.view.cursor(len(result.truth.times)))
     cells = {
         name: values[rows]
@@ -108,8 +108,18 @@ def numbers(result: Result, settings: Settings) -> list[Component]:
         for row in zip(*(values.tolist() for values in cells.values()), strict=True)
     ]
     return [
-        table("Metrics", ["", "joint", *(axes if several else ())], metric_rows),
+        table("Metrics", ["", "joint", *(axes if several else ())], _metric_rows(METRICS, columns)),
+        table("What the innovations say", ["", "joint", *(axes if several else ())], _metric_rows(EVIDENCE, said)),
         table("Samples of the close-up (m, s)", head, sample_rows),
+    ]
+
+
+def _metric_rows(metrics: Mapping[str, Metric], columns: Sequence[Mapping[str, float | None]]) -> list[list[str]]:
+    """Every metric in each of the columns."""
+    return [
+        [f"{metric.title}" + (f" ({metric.unit})" if metric.unit else "")]
+        + ["–" if (value := column[name]) is None else significant(value, 6) for column in columns]
+        for name, metric in metrics.items()
     ]
 
 

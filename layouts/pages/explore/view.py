@@ -12,13 +12,11 @@ from layouts.filter_card import (
     close_up_card,
     exaggerate_field,
     filter_card,
-    metrics_card,
     status_row,
     target_card,
 )
 from layouts.pages.explore.answers import COMPARED, DESK, NUMBERS
-from layouts.run_cards import CARDS
-from tracker_core import METRICS
+from layouts.run_cards import run_card
 from tracker_core.types import STATE_NAMES
 
 
@@ -30,7 +28,7 @@ def layout(**query: str) -> Component:
             html.H1("Explore", className="visually-hidden"),
             _controls(),
             status_row("explore"),
-            metrics_card("explore", CARDS, METRICS),
+            run_card("explore"),
             *_plots(),
             _numbers_card(),
             html.Div(id="explore-live", className="visually-hidden", role="status"),

@@ -16,14 +16,13 @@ from layouts.components import (
     switch_field,
 )
 from layouts.desk import stores
-from layouts.filter_card import filter_card, metrics_card, status_row, target_card
+from layouts.filter_card import filter_card, status_row, target_card
 from layouts.pages.tune.answers import DESK
 from layouts.pages.tune.content import PLOT
 from layouts.pages.tune.rivals import HEAD
-from layouts.run_cards import CARDS
+from layouts.run_cards import run_card
 from layouts.state import plane_name
 from layouts.tuning import STUDIES
-from tracker_core import METRICS
 from tracker_core.fields import FIELDS
 from tracker_core.region import PLANES
 from tracker_core.tuning import OBJECTIVES, PARAMETERS
@@ -53,7 +52,7 @@ def layout(**query: str) -> Component:
                 **{"aria-label": "Filter, target and sensor"},
             ),
             status_row("tune"),
-            metrics_card("tune", CARDS, METRICS),
+            run_card("tune"),
             _study_card(),
             plot_card(
                 "tune-error", "The present filter's error",
