@@ -32,6 +32,10 @@ def error_figure(shown: Shown) -> Figure:
         "predicted": distances(result.track.predicted[:, :, 0] - truth),
         "smoothed": distances(result.track.smoothed[:, :, 0] - truth),
     }
+    crosses = errors["predicted"]
+    if not known and result.track.rejected is not None:
+        # A measurement that is not believed is nothing to be near to.
+        errors = {kind: np.where(result.track.rejected, np.nan, values) for kind, values in errors.items()}
     level = float(np.sqrt(np.nanmean(raw**2))) if known else float(np.sqrt(np.sum(np.square(result.noise_std))))
     top = _scale(level, errors["predicted"])
     width = window(len(times))
@@ -59,7 +63,7 @@ def error_figure(shown: Shown) -> Figure:
     if shown.beside is not None:
         beside = running_rms(visible(distances(shown.beside.track.smoothed[:, :, 0] - truth), top), width)
     data.append(trace("counterpart", times[rows], beside[rows], theme, showlegend=shown.beside is not None))
-    data.append(refused(shown, times, np.minimum(errors["predicted"], 0.97 * top)))
+    data.append(refused(shown, times, np.minimum(crosses, 0.97 * top)))
     return {
         "data": data,
         "layout": layout(
