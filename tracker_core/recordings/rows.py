@@ -10,7 +10,7 @@ import csv
 from collections.abc import Iterator
 from contextlib import suppress
 from itertools import chain, islice
-from typing import TextIO
+from typing import Any, TextIO
 
 from tracker_core.checks import InputError
 from tracker_core.recordings.bounds import (
@@ -129,8 +129,8 @@ class _Splitter:
             _check_cells(split)
         return split, rest
 
-    def _read(self, texts: list[str]):  # type: ignore[no-untyped-def]  # the class of its readers has no public name
-        return csv.reader(texts, delimiter=self._delimiter, skipinitialspace=self._delimiter != " ")
+    def _read(self, texts: list[str], *, strict: bool = False) -> Any:  # the class of its readers has no public name
+        return csv.reader(texts, delimiter=self._delimiter, skipinitialspace=self._delimiter != " ", strict=strict)
 
     def _over_lines(self, lines: _Lines, texts: list[str], *, last: bool) -> tuple[list[Row], _Lines]:
         """The same where a row goes over lines, or a mark is not closed."""
@@ -156,11 +156,14 @@ class _Splitter:
         begin = 0
         with suppress(csv.Error):
             for row in reader:
-                length = reader.line_num - begin
-                if length > SPAN or reader.line_num > len(texts):
+                end = reader.line_num
+                if end - begin > SPAN or end > len(texts):
                     return
-                yield length, row
-                begin = reader.line_num
+                if end - begin > 1:
+                    # A stray mark is closed by the next cell's, and what follows that is an error if one is strict.
+                    next(self._read(texts[begin:end], strict=True))
+                yield end - begin, row
+                begin = end
 
     def _note(self, number: int, line: str) -> None:
         self._ledger.add("quote", number, line)
