@@ -12,7 +12,8 @@ from tracker_core.recordings.columns import column_of, track_id
 from tracker_core.recordings.content import Content
 from tracker_core.recordings.findings import Ledger
 from tracker_core.recordings.layout import Layout, find_layout
-from tracker_core.recordings.proposal import Proposal, propose
+from tracker_core.recordings.proposal import Proposal
+from tracker_core.recordings.propose import propose
 from tracker_core.recordings.read import read_content
 from tracker_core.recordings.reading import DELIMITERS, Reading
 from tracker_core.recordings.rows import pieces
