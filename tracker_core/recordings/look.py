@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from tracker_core.checks import InputError
-from tracker_core.recordings.bounds import MOST_TRACKS, clip
+from tracker_core.recordings.bounds import MOST_TRACKS, BoundError, clip
 from tracker_core.recordings.columns import column_of, track_id
 from tracker_core.recordings.content import Content
 from tracker_core.recordings.findings import Ledger
@@ -158,6 +158,8 @@ def _with_held(content: Content, reading: Reading, made: Proposal) -> tuple[Read
     """The reading, with held positions missing where they are some but not most; the rows if it can be read."""
     try:
         recorded = read_content(content, reading)
+    except BoundError:
+        raise
     except InputError:
         return reading, None
     held, measured = recorded.counts.get("held", 0), recorded.measured
