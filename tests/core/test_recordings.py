@@ -253,28 +253,28 @@ def test_a_mark_that_is_not_closed_costs_its_line_alone():
 # The whole -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("data", "reading", "message"),
-    [
-        (b"", Reading(), "columns must be at least 3, as the reading says: check the delimiter"),
-        (b"t;x;y\n1;2;3\n", Reading(), "columns must be at least 3, as the reading says: check the delimiter"),
-        (b"t,x,y\n", Reading(), "rows must follow the names, got 'none'"),
-        (b"t,x,y\n0,1,2\n1,2,3\n", Reading(), "rows must hold at least 3 with a time and a position, got '2 measu"),
-        (b"t,x,y\na,1,2\nb,2,3\nc,3,3\n", Reading(), "(found most: no time, 3 times)"),
-        (b"0" * (bounds.MOST_BYTES + 1), Reading(), "file must have at most 10,000,000 bytes: thin it out, or"),
-        (b"1,2,3\n" * (bounds.MOST_ROWS + 1), Reading(), "rows must be at most 200,000: thin the file out or"),
-        (b"\n" * (bounds.MOST_LINES + 1), Reading(), "lines must be at most 400,000: thin the file out"),
-        (b"1," * 1001, Reading(), "columns must be at most 1,000: check the delimiter, or leave columns out"),
-        (b"1,2," + b"x" * 10_001, Reading(), "cell must have at most 10,000 characters, got '10,001 in line 1"),
-        (b"1" * 100_001, Reading(), "line 1 must have at most 100,000 characters: is this a table?"),
-        (gzip.compress(b"0" * (bounds.MOST_UNPACKED + 1)), Reading(), "file must unpack to at most 40,000,000 bytes"),
-        (gzip.compress(b"t,x,y\n0,1,2\n")[:-9], Reading(), "file must be a whole gzip file: pack it again"),
-        (b"PK\3\4...", Reading(), "file must be a table as text (CSV): save or export it as one, got 'a ZIP"),
-        (bytes(range(256)) * 10, Reading(), "file must be a table as text (CSV): save or export it as one"),
-        (gzip.compress((b"," * 40 + b"\n") * 150_000), Reading(at=(2, 3)), "cells (rows times columns) must be at"),
-        (b'1,"2,3\n' * 250, Reading(), "quotation marks must be closed but for 200 at most: check the delimiter"),
-    ],
-)  # fmt: skip
+REFUSED = [
+    (b"", Reading(), "columns must be at least 3, as the reading says: check the delimiter"),
+    (b"t;x;y\n1;2;3\n", Reading(), "columns must be at least 3, as the reading says: check the delimiter"),
+    (b"t,x,y\n", Reading(), "rows must follow the names, got 'none'"),
+    (b"t,x,y\n0,1,2\n1,2,3\n", Reading(), "rows must hold at least 3 with a time and a position, got '2 measu"),
+    (b"t,x,y\na,1,2\nb,2,3\nc,3,3\n", Reading(), "(found most: no time, 3 times)"),
+    (b"0" * (bounds.MOST_BYTES + 1), Reading(), "file must have at most 10,000,000 bytes: thin it out, or"),
+    (b"1,2,3\n" * (bounds.MOST_ROWS + 1), Reading(), "rows must be at most 200,000: thin the file out or"),
+    (b"\n" * (bounds.MOST_LINES + 1), Reading(), "lines must be at most 400,000: thin the file out"),
+    (b"1," * 1001, Reading(), "columns must be at most 1,000: check the delimiter, or leave columns out"),
+    (b"1,2," + b"x" * 10_001, Reading(), "cell must have at most 10,000 characters, got '10,001 in line 1"),
+    (b"1" * 100_001, Reading(), "line 1 must have at most 100,000 characters: is this a table?"),
+    (gzip.compress(b"0" * (bounds.MOST_UNPACKED + 1)), Reading(), "file must unpack to at most 40,000,000 bytes"),
+    (gzip.compress(b"t,x,y\n0,1,2\n")[:-9], Reading(), "file must be a whole gzip file: pack it again"),
+    (b"PK\3\4...", Reading(), "file must be a table as text (CSV): save or export it as one, got 'a ZIP"),
+    (bytes(range(256)) * 10, Reading(), "file must be a table as text (CSV): save or export it as one"),
+    (gzip.compress((b"," * 40 + b"\n") * 150_000), Reading(at=(2, 3)), "cells (rows times columns) must be at"),
+    (b'1,"2,3\n' * 250, Reading(), "quotation marks must be closed but for 200 at most: check the delimiter"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("data", "reading", "message"), REFUSED, ids=[str(k) for k in range(len(REFUSED))])
 def test_refused(data, reading, message):
     with pytest.raises(InputError) as refused:
         read(data, reading)
