@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+from tracker_core.checks import InputError
+
+
+class BoundError(InputError):
+    """A file holds more than is read, however it is read."""
+
+
 MOST_BYTES = 10_000_000
 """Of the file as it comes."""
 

@@ -38,8 +38,9 @@ KNOWN_AS = MappingProxyType(
 _MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 
 _CONTROLS = bytes([*range(9), *range(14, 27), *range(28, 32), 127])
+_FEW_STRANGE = 20
 _MOST_STRANGE = 0.02
-"""Share of control characters over which bytes are no text."""
+"""Number and share of control characters over both of which bytes are no text."""
 
 _PIECE = 1 << 20
 
@@ -69,7 +70,7 @@ class Content:
             # Loggers lay files out ahead with zeros.
             self._data = self._data.rstrip(b"\0")
             strange = len(self._data) - len(self._data.translate(None, _CONTROLS))
-            if strange > _MOST_STRANGE * len(self._data):
+            if strange > max(_FEW_STRANGE, _MOST_STRANGE * len(self._data)):
                 raise InputError("file", "must be a table as text (CSV): save or export it as one", "binary data")
 
     def open(self) -> io.TextIOWrapper:

@@ -7,12 +7,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from tracker_core.checks import InputError
-from tracker_core.recordings.bounds import MOST_TRACKS, clip
+from tracker_core.recordings.bounds import MOST_TRACKS, BoundError, clip
 from tracker_core.recordings.columns import column_of, track_id
 from tracker_core.recordings.content import Content
 from tracker_core.recordings.findings import Ledger
 from tracker_core.recordings.layout import Layout, find_layout
-from tracker_core.recordings.proposal import Proposal, propose
+from tracker_core.recordings.proposal import Proposal
+from tracker_core.recordings.propose import propose
 from tracker_core.recordings.read import read_content
 from tracker_core.recordings.reading import DELIMITERS, Reading
 from tracker_core.recordings.rows import pieces
@@ -157,6 +158,8 @@ def _with_held(content: Content, reading: Reading, made: Proposal) -> tuple[Read
     """The reading, with held positions missing where they are some but not most; the rows if it can be read."""
     try:
         recorded = read_content(content, reading)
+    except BoundError:
+        raise
     except InputError:
         return reading, None
     held, measured = recorded.counts.get("held", 0), recorded.measured

@@ -7,12 +7,10 @@ go over lines, but only over so many: a mark that is never closed costs its own 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
-from contextlib import suppress
+from collections.abc import Iterable, Iterator
 from itertools import chain, islice
-from typing import TextIO
+from typing import Any, TextIO
 
-from tracker_core.checks import InputError
 from tracker_core.recordings.bounds import (
     MOST_CELL,
     MOST_CELLS,
@@ -21,6 +19,7 @@ from tracker_core.recordings.bounds import (
     MOST_LINES,
     MOST_ROWS,
     MOST_UNCLOSED,
+    BoundError,
     clip,
 )
 from tracker_core.recordings.findings import Ledger
@@ -49,7 +48,7 @@ def pieces(stream: TextIO, delimiter: str, ledger: Ledger, size: int = PIECE) ->
         size: characters that are split at a time.
 
     Raises:
-        InputError: naming the bound that the table passes.
+        BoundError: naming the bound that the table passes.
     """
     splitter = _Splitter(delimiter, ledger)
     waiting: _Lines = []
@@ -60,14 +59,14 @@ def pieces(stream: TextIO, delimiter: str, ledger: Ledger, size: int = PIECE) ->
         count += len(piece)
         cells += sum(width)
         if count > MOST_ROWS:
-            raise InputError("rows", f"must be at most {MOST_ROWS:,}: thin the file out or split it", "more")
+            raise BoundError("rows", f"must be at most {MOST_ROWS:,}: thin the file out or split it", "more")
         if cells > MOST_CELLS:
             rule = f"(rows times columns) must be at most {MOST_CELLS:,}: leave columns out"
-            raise InputError("cells", rule, f"more, in line {piece[-1][0]}")
+            raise BoundError("cells", rule, f"more, in line {piece[-1][0]}")
         if max(width, default=0) > MOST_COLUMNS:
             number, row = piece[width.index(max(width))]
             rule = f"must be at most {MOST_COLUMNS:,}: check the delimiter, or leave columns out"
-            raise InputError("columns", rule, f"{len(row):,} in line {number}")
+            raise BoundError("columns", rule, f"{len(row):,} in line {number}")
         yield piece
 
 
@@ -85,9 +84,9 @@ def _lines(stream: TextIO, size: int) -> Iterator[_Lines]:
         first += len(lines)
         if len(rest) > MOST_LINE:
             rule = f"must have at most {MOST_LINE:,} characters: is this a table?"
-            raise InputError(f"line {first}", rule, f"more: {clip(rest)}")
+            raise BoundError(f"line {first}", rule, f"more: {clip(rest)}")
         if first > MOST_LINES:
-            raise InputError("lines", f"must be at most {MOST_LINES:,}: thin the file out", "more")
+            raise BoundError("lines", f"must be at most {MOST_LINES:,}: thin the file out", "more")
     yield _of_table([rest], first)
 
 
@@ -129,20 +128,36 @@ class _Splitter:
             _check_cells(split)
         return split, rest
 
-    def _read(self, texts: list[str]):  # type: ignore[no-untyped-def]  # the class of its readers has no public name
-        return csv.reader(texts, delimiter=self._delimiter, skipinitialspace=self._delimiter != " ")
+    def _read(
+        self, texts: Iterable[str], *, strict: bool = False
+    ) -> Any:  # the class of its readers has no public name
+        return csv.reader(texts, delimiter=self._delimiter, skipinitialspace=self._delimiter != " ", strict=strict)
 
     def _over_lines(self, lines: _Lines, texts: list[str], *, last: bool) -> tuple[list[Row], _Lines]:
-        """The same where a row goes over lines, or a mark is not closed."""
+        """The same where a row goes over lines, or a mark is not closed.
+
+        Rows are read strictly: a stray mark is closed by the one that opens a later cell, and what follows that is then
+        an error. A line that is whole by itself may be as it likes.
+        """
         found: list[Row] = []
         begin = 0
         while begin < len(lines):
-            for length, row in self._closed(texts[begin:]):
+            reader, first = self._read(chain(islice(texts, begin, None), "."), strict=True), begin
+            while begin < len(lines):
+                try:
+                    row = next(reader)
+                except csv.Error:
+                    row = None
+                end = first + reader.line_num
+                if row is None and end == begin + 1:
+                    row = self._alone(texts[begin])
+                if row is None or end > min(begin + SPAN, len(lines)):
+                    break
                 number, line = lines[begin]
                 found.append((number, row))
-                if length > 1:
-                    self._ledger.add("lines", number, f"{length} lines: {line}")
-                begin += length
+                if end > begin + 1:
+                    self._ledger.add("lines", number, f"{end - begin} lines: {line}")
+                begin = end
             if len(lines) - begin < SPAN and not last:
                 return found, lines[begin:]
             if begin < len(lines):
@@ -150,24 +165,20 @@ class _Splitter:
                 begin += 1
         return found, []
 
-    def _closed(self, texts: list[str]) -> Iterator[tuple[int, list[str]]]:
-        """Rows and over how many lines each goes, up to a mark that is not closed within SPAN lines."""
-        reader = self._read([*texts, "."])
-        begin = 0
-        with suppress(csv.Error):
-            for row in reader:
-                length = reader.line_num - begin
-                if length > SPAN or reader.line_num > len(texts):
-                    return
-                yield length, row
-                begin = reader.line_num
+    def _alone(self, text: str) -> list[str] | None:
+        """The row in one line; None where a mark is left open."""
+        try:
+            found = list(self._read([text, "."]))
+        except csv.Error:
+            return None
+        return found[0] if len(found) == 2 else None
 
     def _note(self, number: int, line: str) -> None:
         self._ledger.add("quote", number, line)
         self._unclosed += 1
         if self._unclosed > MOST_UNCLOSED:
             rule = f"must be closed but for {MOST_UNCLOSED:,} at most: check the delimiter"
-            raise InputError("quotation marks", rule, f"more, in line {number}")
+            raise BoundError("quotation marks", rule, f"more, in line {number}")
 
 
 def _check_cells(split: list[Row]) -> None:
@@ -175,4 +186,4 @@ def _check_cells(split: list[Row]) -> None:
         longest = max(row, key=len, default="")
         if len(longest) > MOST_CELL:
             rule = f"must have at most {MOST_CELL:,} characters"
-            raise InputError("cell", rule, f"{len(longest):,} in line {number}: {clip(longest)}")
+            raise BoundError("cell", rule, f"{len(longest):,} in line {number}: {clip(longest)}")

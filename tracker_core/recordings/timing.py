@@ -63,8 +63,9 @@ def find_grid(times: FloatArray, offset: float = 0.0) -> Grid | None:
     """The constant interval of times, or None.
 
     Interval T and sample numbers k are constant if no stamp lies further from a + k T, a and T by least squares over
-    the whole recording, than 1 % of T or, where that is more, half a unit of the last decimal that the stamps have: a
-    stamp of 25 samples a second that is rounded to the millisecond lies 1.25 % of T aside, and is meant to be even.
+    the whole recording, than 1 % of T or, where that is more, half a unit of the last decimal that the stamps have,
+    as long as that is no more than T/4: a stamp of 25 samples a second that is rounded to the millisecond lies 1.25 %
+    of T aside, and is meant to be even.
     Distances do not add up, so a clock that drifts is not constant. Of the intervals that fit about as well as the
     least squares, the one of fewest digits is taken: 0.1 and not 0.09999999999999998.
 
@@ -73,9 +74,9 @@ def find_grid(times: FloatArray, offset: float = 0.0) -> Grid | None:
         offset: of the first stamp as written, s: what its digits are counted with.
     """
     steps = np.diff(times)
-    usual = np.median(steps)
-    near = steps[(steps > 0.5 * usual) & (steps < LONG * usual)]
-    interval = float(near.mean()) if len(near) else float(usual)
+    usual = np.sort(steps)[(len(steps) - 1) // 2]
+    # Stamps of every 2.4 s in whole seconds are 2 or 3 s apart: their mean tells more than any of them.
+    interval = float(steps[(steps >= usual / LONG) & (steps <= LONG * usual)].mean())
     last = times[-1] / interval
     if not last < MOST_ROWS * LONG:
         return None
@@ -91,7 +92,7 @@ def find_grid(times: FloatArray, offset: float = 0.0) -> Grid | None:
     first, interval = _line(samples, times)
     rounding = 4 * _EPSILON * (abs(offset) + times[-1])
     worst = _distance(samples, times, interval)
-    rounded = min(0.5 * _last_decimal(times + offset) * (1 + 1e-6), interval / 3)
+    rounded = min(0.5 * _last_decimal(times + offset) * (1 + 1e-6), interval / 4)
     if worst > max(TOLERANCE * interval, rounded) + rounding:
         return None
     return Grid(_shortest(samples, times, interval, 1.5 * worst + rounding), samples.astype(np.int64))
