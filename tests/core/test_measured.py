@@ -1,6 +1,7 @@
 """Measured data as targets: files by their content, and experiments on them."""
 
 import hashlib
+import io
 import json
 
 import numpy as np
@@ -8,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracker_core import Experiment, InputError, run_experiment, run_filter
+from tracker_core import SCENARIOS, Experiment, InputError, run_experiment, run_filter
 from tracker_core.__main__ import main
+from tracker_core.exports import write_track
 from tracker_core.measured import (
     NAME_LENGTH,
     RECORDING,
@@ -268,3 +270,19 @@ def test_the_command_line_tells_what_was_found(capsys, tmp_path):
     _, captured = run(capsys, "run", "--data", file, "--xi", "0.6")
     assert "1 x same time twice" in captured.out
     assert "Innovation RMSE" in captured.out
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_what_goes_out_of_a_scenario_comes_in_again(scenario):
+    """The exported run of any target, loaded as a file, gives the same track and the same errors."""
+    out = run_experiment(Experiment.from_dict({"scenario": scenario, "start": "first", "order": 3, "xi": 0.6}))
+    stream = io.StringIO()
+    write_track(out, stream)
+    data = kept(stream.getvalue().encode(), f"{scenario}.csv")
+    back = run_experiment(Experiment.from_dict({"data": data, "start": "first", "order": 3, "xi": 0.6}))
+    assert len(back.scenario.axes) == len(out.scenario.axes)
+    assert back.measurements.interval == pytest.approx(out.experiment.interval, rel=1e-12)
+    size = np.abs(out.measurements.positions).max()
+    np.testing.assert_allclose(back.track.smoothed, out.track.smoothed, rtol=1e-9, atol=1e-9 * size)
+    for name in ("tracking_rmse", "estimation_rmse", "estimation_max", "innovation_total"):
+        assert getattr(back.metrics, name) == pytest.approx(getattr(out.metrics, name), rel=1e-9)
