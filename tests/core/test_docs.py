@@ -12,11 +12,12 @@ import pytest
 from tracker_core.__main__ import main
 
 ROOT = Path(__file__).parents[2]
-COMMANDS = [
+COMMANDS = dict.fromkeys(
     line.removeprefix("python -m tracker_core ")
-    for line in (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8").splitlines()
+    for page in ("command-line", "own-data")
+    for line in (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8").splitlines()
     if line.startswith("python -m tracker_core ")
-]
+)
 
 
 def script(name):
@@ -50,6 +51,7 @@ def test_the_example_of_the_readme_runs(capsys):
 @pytest.mark.parametrize("command", COMMANDS)
 def test_the_documented_commands_run(command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "assets").symlink_to(ROOT / "assets")
     (tmp_path / "experiment.json").write_text('{"scenario": "constant-velocity"}', encoding="utf-8")
     assert main(shlex.split(command)) == 0
     assert capsys.readouterr().err == ""
