@@ -61,5 +61,5 @@ def _begin(
     states = np.zeros((len(z), ORDERS[-1]))
     states[:, : len(g)] = leading
     before = int(begins.max())
-    heads = (np.ascontiguousarray(part[:, :before, 0]) for part in (predicted, smoothed))
-    return states, begins, *heads
+    predictions, estimates = (np.ascontiguousarray(part[:, :before, 0]) for part in (predicted, smoothed))
+    return states, begins, predictions, estimates
