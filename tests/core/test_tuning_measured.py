@@ -172,7 +172,7 @@ def test_steps_that_take_longer_count_as_several():
 
 
 def test_a_study_over_many_seeds_needs_something_to_draw():
-    with pytest.raises(InputError, match="^noise must leave something to chance"):
+    with pytest.raises(InputError, match="^runs must not be asked for of a recording: it cannot be run again"):
         MonteCarlo((experiment("even known"), experiment("even known", xi=0.7)), 20)
 
 

@@ -181,6 +181,8 @@ class MonteCarlo:
             for name in SEEN:
                 if getattr(other, name) != getattr(first, name):
                     raise InputError(name, "must be the same for all filters", getattr(other, name))
+        if first.target.measured:
+            raise InputError("runs", "must not be asked for of a recording: it cannot be run again", self.runs)
         if not has_chance(first):
             raise InputError("noise", "must leave something to chance: every run would be the same", first.noise)
         check_steps("runs", self.runs, self._steps(self.runs))
