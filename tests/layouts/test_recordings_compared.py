@@ -1,9 +1,12 @@
 """Tune and Compare on recordings: what can be asked for, what is said of the rest, and no plot without a word."""
 
+from dataclasses import replace
 from urllib.parse import parse_qsl
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from layouts.desk import answer, beginning, live_answer
 from layouts.figures.common import coordinates
@@ -14,7 +17,7 @@ from layouts.pages.compare.answers import NEEDS_TRUTH, ONE_RUN, UNDIRECTED
 from layouts.pages.tune import content as tune_content
 from layouts.pages.tune.answers import DESK as TUNE
 from layouts.pages.tune.content import PLOT
-from layouts.state import from_query
+from layouts.state import Settings, from_query, to_query
 from layouts.tuning import STUDIES
 from tracker_core import METRICS, InputError, run_experiment
 from tracker_core.innovations import EVIDENCE
@@ -108,6 +111,25 @@ def test_the_truth_cannot_be_switched_back_on_where_nobody_knows_it(files):
     assert from_query(dict(parse_qsl(rest["link"])))[1] == []
 
 
+@pytest.mark.parametrize("name", NAMES)
+@settings(max_examples=30)
+@given(other=st.from_type(Settings))
+def test_whatever_is_asked_for_a_link_keeps_what_is_meant_here(name, other, files):
+    """Anything that was asked of another target: what does not fit here is left out, and then a link keeps it all."""
+    present, _ = from_query({"data": files[name], "order": "2", "xi": "0.6"})
+    view = replace(
+        present.view,
+        tuning=other.view.tuning.fitted(present.experiment),
+        comparing=other.view.comparing.fitted(present.experiment),
+    )
+    asked = replace(present, view=view)
+    back, notes = from_query(dict(parse_qsl(to_query(asked))))
+    assert notes == []
+    assert back == asked
+    if name in BLIND:
+        assert OBJECTIVES[back.view.tuning.objective].kind == back.view.comparing.compared == "innovation"
+
+
 def test_a_recorded_truth_can_be_tuned_for_or_not(files):
     _, rest = ask(TUNE, f"data={files['known']}", {"without_truth": "on"})
     assert rest["controls"]["tune_for"] == "innovation_rmse"
@@ -166,14 +188,14 @@ def test_every_study_runs_on_a_recording(name, kind, files):
     assert shown["texts"]["cost"] == ""
     assert shown["offers"]["use"]["controls"]
     # The best gains are at least as good as the present ones, in the present run.
-    settings, _ = from_query({"data": files[name], "order": "2", "xi": "0.6"})
+    present, _ = from_query({"data": files[name], "order": "2", "xi": "0.6"})
     assert study.objective == ("innovation_rmse" if name in BLIND else "estimation_rmse")
     if kind == "search":
         rows = shown["rows"]["rivals"]
         assert rows[0][0] == "Found"
         assert rows[-1][0] == "Present"
-        metrics = run_experiment(settings.experiment)
-        own = metrics.metrics.estimation_rmse if name not in BLIND else metrics.evidence().rmse
+        result = run_experiment(present.experiment)
+        own = result.evidence().rmse if name in BLIND else result.metrics.estimation_rmse
         assert float(rows[-1][2].replace(",", "")) == pytest.approx(own, rel=1e-3)
         assert all(row[3] == "" for row in rows)
         assert all(float(row[4][0].replace("−", "-")) >= 0 and row[4][1] == "" for row in rows[1:])
@@ -221,8 +243,8 @@ def test_filters_are_compared_by_what_is_known(name, files):
             assert {EVIDENCE[key].title for key in ("innovation_rmse", "innovation_bias", "smoothness")} <= known
         else:
             assert {METRICS["estimation_rmse"].title, METRICS["noise_reduction"].title} <= known
-    settings, _ = from_query({"data": files[name], "order": "2", "xi": "0.6"})
-    result = run_experiment(settings.experiment)
+    present, _ = from_query({"data": files[name], "order": "2", "xi": "0.6"})
+    result = run_experiment(present.experiment)
     own = result.evidence().rmse if blind else result.metrics.estimation_rmse
     title = "Innovation RMSE" if blind else "Estimation RMSE"
     assert float(rows[title][0][0].split()[0].replace(",", "")) == pytest.approx(own, rel=1e-3)
@@ -279,19 +301,13 @@ def test_pinned_filters_have_their_own_gate(files):
 
 
 def test_refused_innovations_are_no_errors(files):
-    settings, _ = from_query({"data": files["constant"], "order": "2", "xi": "0.6"})
-    result = run_experiment(settings.experiment)
+    present, _ = from_query({"data": files["constant"], "order": "2", "xi": "0.6"})
+    result = run_experiment(present.experiment)
     sizes = errors_of(result, "innovation")
     assert np.isfinite(sizes[60])
     gone = np.zeros(SAMPLES, dtype=bool)
     gone[60] = True
-    values = {name: getattr(result.track, name) for name in result.track.__slots__} | {"rejected": gone}
-    refused = errors_of(
-        type(result)(
-            **{name: getattr(result, name) for name in result.__slots__} | {"track": type(result.track)(**values)}
-        ),
-        "innovation",
-    )
+    refused = errors_of(replace(result, track=replace(result.track, rejected=gone)), "innovation")
     np.testing.assert_array_equal(refused[~gone], sizes[~gone])
     assert np.isnan(refused[60])
 
