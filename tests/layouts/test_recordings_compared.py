@@ -13,7 +13,7 @@ from layouts.figures.common import coordinates
 from layouts.figures.comparison import errors_of
 from layouts.pages.compare import study as compare_study
 from layouts.pages.compare.answers import DESK as COMPARE
-from layouts.pages.compare.answers import NEEDS_TRUTH, ONE_RUN, UNDIRECTED
+from layouts.pages.compare.answers import NEEDS_TRUTH, ONE_RUN, OWN_GATES, UNDIRECTED
 from layouts.pages.tune import content as tune_content
 from layouts.pages.tune.answers import DESK as TUNE
 from layouts.pages.tune.content import PLOT
@@ -229,9 +229,14 @@ def test_filters_are_compared_by_what_is_known(name, files):
     _, rest = ask(COMPARE, f"data={files[name]}&order=2&xi=0.6{PINS}")
     rows = {row[0]: row[1:] for row in rest["rows"]["metrics"]}
     blind = name in BLIND
-    titles = [metric.title for metric in ([*EVIDENCE.values()] if blind else []) + [*METRICS.values()]]
-    assert list(rows) == list(dict.fromkeys(titles))
-    assert rest["texts"]["unknown"] == (NEEDS_TRUTH if blind else "")
+    told = EVIDENCE | METRICS if blind else METRICS
+    assert set(rows) == {metric.title for metric in told.values()}
+    dashes = [all(cell[0] == "–" for cell in cells[:3]) for cells in rows.values()]
+    # What is known comes first where there is little of it, and a dash needs no difference.
+    assert dashes == sorted(dashes) or not blind
+    assert {cell[2] for cells, gone in zip(rows.values(), dashes, strict=True) if gone for cell in cells} <= {""}
+    assert (NEEDS_TRUTH in rest["texts"]["counted"]) == blind
+    assert OWN_GATES in rest["texts"]["counted"]
     ran = [number for number, each in enumerate(rest["filters"]) if not each["problem"]]
     assert ran[:3] == [0, 1, 2]
     for number in ran:
@@ -295,6 +300,8 @@ def test_every_plot_shows_something(name, files):
 
 
 def test_pinned_filters_have_their_own_gate(files):
+    _, rest = ask(COMPARE, f"data={files['known']}&order=2&xi=0.6&gate=5&pin1=fading-memory,order:2,xi:0.8,gate:5")
+    assert rest["texts"]["counted"] == ""
     _, rest = ask(COMPARE, f"data={files['constant']}&order=2&xi=0.6{PINS}")
     designs = [each["design"] for each in rest["filters"]]
     assert [("gate 5 σ" in said) for said in designs] == [False, False, True, False]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from layouts.desk import Desk, Plot
@@ -16,6 +17,7 @@ from tracker_core.batch import KINDS
 from tracker_core.experiment import DEFAULTS
 from tracker_core.fields import FIELDS
 from tracker_core.innovations import EVIDENCE
+from tracker_core.metrics import Metric
 from tracker_core.tuning.base import has_chance
 from tracker_core.types import GAIN_NAMES
 
@@ -29,7 +31,15 @@ ONE_RUN = (
     "significant. A simulated target can be compared over many seeds."
 )
 
-NEEDS_TRUTH = "A dash: this needs a truth, and nobody knows where this target really was. The innovations need none."
+NEEDS_TRUTH = (
+    "Where a dash stands a truth is needed, and nobody knows where this target really was. The innovations need none; "
+    "the least of them need not be the least error."
+)
+
+OWN_GATES = (
+    "What a filter's own gate refused does not count among its innovations: filters with different gates are not "
+    "judged by the same measurements."
+)
 
 UNDIRECTED = ("nis", "smoothness", "rejected")
 """Figures of which less is not better: as much as the model says, as the target moves, as there are outliers."""
@@ -48,12 +58,21 @@ def report(shown: Shown) -> dict[str, Any]:
         "texts": {
             "scale": "" if factor == 1 or not known else f"deviations × {factor}",
             "chance": ONE_RUN if measured else "" if has_chance(experiment) else SAME_RUNS,
-            "unknown": "" if known else NEEDS_TRUTH,
+            "counted": " ".join(_counted(shown)),
             "data": f"{experiment.samples:,} samples of {shown.result.scenario.title}{seed}",
         },
         "fields": dict.fromkeys(("over-seeds", "figure"), not measured),
         "offers": {"compared": list(KINDS) if known else ["innovation"]},
     }
+
+
+def _counted(shown: Shown) -> Iterator[str]:
+    """What must be known to read the table of this run."""
+    if not shown.result.truth.known:
+        yield NEEDS_TRUTH
+    runs = [candidate.experiment for candidate in candidates(shown.settings) if candidate.experiment is not None]
+    if len({experiment.gate for experiment in runs}) > 1:
+        yield OWN_GATES
 
 
 def filter_row(candidate: Candidate, shown: Shown) -> dict[str, Any]:
@@ -106,20 +125,30 @@ def run_figures(candidate: Candidate, shown: Shown) -> dict[str, float | None] |
     return None if errors is None else (evidence or {}) | errors
 
 
+def figures_shown(*, known: bool) -> dict[str, Metric]:
+    """The figures of the table; where the truth is not known those that need none come first."""
+    if known:
+        return METRICS
+    return EVIDENCE | dict(sorted(METRICS.items(), key=lambda item: not item[0].startswith("innovation")))
+
+
 def metric_rows(shown: Shown) -> list[list[Any]]:
     """Per figure its title, and per filter its value with the change from the reference's below it."""
     found = [(candidate, run_figures(candidate, shown)) for candidate in candidates(shown.settings)]
     reference = reference_of(shown.settings)
     base = next(figures for candidate, figures in found if candidate.slot == reference)
     rows: list[list[Any]] = []
-    for name, metric in (METRICS if shown.result.truth.known else EVIDENCE | METRICS).items():
+    for name, metric in figures_shown(known=shown.result.truth.known).items():
         row: list[Any] = [metric.title]
+        nowhere = all(figures is None or figures[name] is None for _, figures in found)
         for candidate, figures in found:
             value = None if figures is None else figures[name]
             change, tone = "", "same"
-            if len(found) > 1 and candidate.slot == reference:
+            if nowhere or len(found) == 1:
+                pass
+            elif candidate.slot == reference:
                 change = "reference"
-            elif figures is not None and base is not None and len(found) > 1:
+            elif figures is not None and base is not None:
                 change, tone = change_text(metric, value, base[name])
             row.append([metric_text(metric, value), "same" if name in UNDIRECTED else tone, change])
         rows.append(row)

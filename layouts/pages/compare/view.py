@@ -177,7 +177,7 @@ def _metrics_card() -> Component:
     return html.Section(
         [
             html.Div([html.H2("This run"), _difference_tip()], className="card-head"),
-            html.P(id="compare-unknown", className="study-note"),
+            html.P(id="compare-counted", className="study-note"),
             filled_table("compare-metrics", "Every metric of every filter in the run shown", ["Metric", *_head()]),
         ],
         className="card compare-table",
