@@ -42,6 +42,9 @@
   document.addEventListener("deskreport", ({ detail }) => {
     if (detail.page !== "tune") return;
     present = detail.answer.present;
+    // Where nobody knows the truth there is nothing to switch back to; the note above the study says so.
+    const knowing = document.getElementById("tune-without_truth");
+    if (knowing) knowing.disabled = detail.answer.blind;
     movePresent(document.querySelector(`#${PLOT} .js-plotly-plot`), "lines" in detail.answer);
   });
 

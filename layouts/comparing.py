@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from layouts.pins import SLOTS
-from tracker_core import METRICS, InputError
+from tracker_core import METRICS, Experiment, InputError
 from tracker_core.batch import KINDS
 from tracker_core.checks import Domain, check_choice
+from tracker_core.tuning.base import knows_truth
 from tracker_core.tuning.monte_carlo import FIGURES, RUNS
 
 PRESENT = 0
@@ -33,6 +34,10 @@ class Comparing:
     compared: str = "estimation"
     figure: str = "estimation_rmse"
     runs: int = 100
+
+    def fitted(self, experiment: Experiment) -> Comparing:
+        """The same as it can be shown here: where nobody knows the truth, the innovations."""
+        return self if knows_truth(experiment) else replace(self, compared="innovation")
 
 
 COMPARING_FIELDS = ("reference", "compared", "figure", "runs")
@@ -65,7 +70,7 @@ def comparing_controls(comparing: Comparing) -> dict[str, Any]:
     return {name: getattr(comparing, name) for name in COMPARING_FIELDS}
 
 
-def comparing_query(comparing: Comparing) -> dict[str, str]:
-    """What a link says of it: whatever is not the default."""
-    usual = comparing_controls(Comparing())
+def comparing_query(comparing: Comparing, experiment: Experiment) -> dict[str, str]:
+    """What a link says of it: whatever is not the default for this target."""
+    usual = comparing_controls(Comparing().fitted(experiment))
     return {name: str(value) for name, value in comparing_controls(comparing).items() if value != usual[name]}

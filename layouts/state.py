@@ -123,9 +123,9 @@ def to_query(settings: Settings) -> str:
         values["input"] = view.input
     if view.beside:
         values["beside"] = SWITCH[True]
-    values |= tuning_query(view.tuning)
+    values |= tuning_query(view.tuning, settings.experiment)
     values |= {name: repr(value) for name, value in settings.limits.given().items()}
-    values |= comparing_query(view.comparing)
+    values |= comparing_query(view.comparing, settings.experiment)
     values |= {f"pin{pin.slot}": pin.text() for pin in settings.pins}
     # Both may stand in an address as they are.
     return urlencode(values, safe=":,")
@@ -215,7 +215,8 @@ def read_view(values: Mapping[str, Any], experiment: Experiment) -> tuple[View, 
             errors.append(error)
     comparing, wrong = read_comparing(values)
     tuning, wrong_tuning = read_tuning(values)
-    return replace(view, comparing=comparing, tuning=tuning.fitted(experiment)), errors + wrong + wrong_tuning
+    view = replace(view, comparing=comparing.fitted(experiment), tuning=tuning.fitted(experiment))
+    return view, errors + wrong + wrong_tuning
 
 
 def read_limits(values: Mapping[str, Any]) -> tuple[Limits, list[InputError]]:

@@ -9,9 +9,9 @@ from typing import Any
 from tracker_core import DESIGNS, Experiment, InputError
 from tracker_core.checks import Domain, check_choice
 from tracker_core.tuning import OBJECTIVES, PARAMETERS
-from tracker_core.tuning.base import WEIGHT
+from tracker_core.tuning.base import WEIGHT, has_chance, knows_truth
 from tracker_core.tuning.maps import CELLS
-from tracker_core.tuning.objectives import NOISE_LAG
+from tracker_core.tuning.objectives import NOISE_LAG, objectives_of
 from tracker_core.tuning.search import BUDGET
 from tracker_core.tuning.sweeps import POINTS, RUNS, offered
 
@@ -34,7 +34,7 @@ class Tuning:
         budget: gain sets that a search tries at most.
         runs: with seeds of their own.
         weight: of the noise in the objective that weighs it against the lag.
-        without_truth: whether only what a tracker sees may be tuned for.
+        without_truth: whether only what a tracker sees may be tuned for; always where nobody knows more.
     """
 
     study: str = "sweep"
@@ -54,9 +54,16 @@ class Tuning:
         return self.against if self.against in offered(experiment) else own_parameter(experiment)
 
     def fitted(self, experiment: Experiment) -> Tuning:
-        """The same without what goes without saying for this filter."""
-        usual = self.parameter(experiment) == own_parameter(experiment)
-        return replace(self, against=None) if usual else self
+        """The same as it can be meant here: without what goes without saying for this filter, or cannot be known."""
+        fitted = replace(self, against=None) if self.parameter(experiment) == own_parameter(experiment) else self
+        return fitted if knows_truth(experiment) else fitted.blind()
+
+    def blind(self) -> Tuning:
+        """The same without the truth: the same figure of the innovations."""
+        objective = self.objective
+        if OBJECTIVES[objective].needs_truth:
+            objective = _of_kind("innovation", objective)
+        return replace(self, objective=objective, without_truth=True)
 
 
 TUNING_FIELDS = {
@@ -106,14 +113,12 @@ def read_tuning(values: Mapping[str, Any]) -> tuple[Tuning, list[InputError]]:
             tuning = replace(tuning, **{attribute: _READERS[name](name, values[name])})
         except InputError as error:
             errors.append(error)
-    if tuning.without_truth and OBJECTIVES[tuning.objective].needs_truth:
-        tuning = replace(tuning, objective=_of_kind("innovation", tuning.objective))
-    return tuning, errors
+    return tuning.blind() if tuning.without_truth else tuning, errors
 
 
-def tuning_query(tuning: Tuning) -> dict[str, str]:
-    """The fields of the link: whatever is not the default."""
-    usual, said = Tuning(), {}
+def tuning_query(tuning: Tuning, experiment: Experiment) -> dict[str, str]:
+    """The fields of the link: whatever is not the default for this target."""
+    usual, said = Tuning().fitted(experiment), {}
     for name, attribute in TUNING_FIELDS.items():
         value = getattr(tuning, attribute)
         if value != getattr(usual, attribute):
@@ -151,18 +156,18 @@ def _of_kind(kind: str, objective: str) -> str:
     return f"{kind}_{OBJECTIVES[objective].how or 'rmse'}"
 
 
-def fields_in_use(tuning: Tuning) -> dict[str, bool]:
+def fields_in_use(tuning: Tuning, experiment: Experiment) -> dict[str, bool]:
     """Which fields mean something now."""
     sweep, closed = tuning.study == "sweep", tuning.objective == NOISE_LAG
     return {
         **dict.fromkeys(("against", "from", "to", "points"), sweep),
         **dict.fromkeys(("plane", "cells"), tuning.study == "map"),
         "budget": tuning.study == "search",
-        "tune_runs": not closed,
+        "tune_runs": not closed and has_chance(experiment),
         "noise_weight": closed,
     }
 
 
-def objectives_offered(tuning: Tuning) -> list[str]:
-    """What can be tuned for: without a truth, only what a tracker sees."""
-    return [name for name, objective in OBJECTIVES.items() if not (tuning.without_truth and objective.needs_truth)]
+def objectives_offered(tuning: Tuning, experiment: Experiment) -> list[str]:
+    """What can be tuned for here: without a truth, only what a tracker sees."""
+    return [name for name in objectives_of(experiment) if not (tuning.without_truth and OBJECTIVES[name].needs_truth)]

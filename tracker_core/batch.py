@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracker_core.checks import POSITIVE, InputError, check_choice
-from tracker_core.filters import STOP_LIMIT, check_measurements, check_start
+from tracker_core.filters import STOP_LIMIT, check_measurements, check_start, intervals_of
 from tracker_core.lanes import FIGURES, KINDS, Batch, Group
+from tracker_core.sequences import sequential_errors
 from tracker_core.types import ORDERS, FloatArray, Measurements, Truth
 
 __all__ = ["FIGURES", "KINDS", "Errors", "Runs", "batch_errors", "errors_of_runs"]
@@ -21,13 +22,16 @@ class Runs:
 
     Attributes:
         positions: shape (r, n_samples, n_axes), m; NaN where a measurement is missing.
-        truth: the true positions, shape (1 or r, n_samples, n_axes), m; None where nobody knows them.
-        interval: s, constant.
+        truth: the true positions, shape (1 or r, n_samples, n_axes), m; NaN where nobody knows them, None where
+            nobody knows any.
+        interval: s, constant; the nominal one where it varies.
+        times: shape (n_samples,), s, strictly increasing, where the interval varies; else None.
     """
 
     positions: FloatArray
     truth: FloatArray | None
     interval: float
+    times: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +78,9 @@ def errors_of_runs(
 ) -> dict[str, Errors]:
     """The errors that `metrics.measure` finds in the track of every gain set in every run, all axes jointly.
 
+    Filters run side by side where samples are evenly spaced and all of the truth is known, or none of it; else one
+    after the other, which takes several times as long.
+
     Args:
         runs: r runs.
         gains: m gain sets, normalised: shape (m, order), or a sequence of vectors whose orders may differ.
@@ -106,7 +113,10 @@ def errors_of_runs(
         kinds=chosen,
         figures=tuple(check_choice("figures", figure, FIGURES) for figure in figures),
     )
-    return {kind: Errors(errors) for kind, errors in batch.errors().items()}
+    dt = _intervals(runs, positions.shape[1])
+    even = len(dt) == 1 and not np.isnan(truth).any()
+    found = batch.errors() if even else sequential_errors(batch, dt)
+    return {kind: Errors(errors) for kind, errors in found.items()}
 
 
 def batch_errors(
@@ -121,22 +131,23 @@ def batch_errors(
     """The errors that `metrics.measure` finds in the track of every gain set, all axes jointly.
 
     Args:
-        measurements: at a constant interval; the others as for `filters.run_filter`.
-        truth: what was there.
+        measurements: as for `filters.run_filter`.
+        truth: what was there; NaN where nobody knows it.
         gains: shape (m, order), normalised.
         start, initial_state, limit: as for `filters.run_filter`.
 
     Returns:
-        Errors by kind, of KINDS, with figures of shape (m,).
+        Errors by kind, of KINDS, with figures of shape (m,); where nobody knows the truth, of innovations alone.
 
     Raises:
-        InputError: as `filters.run_filter`; and for gains of another shape, or a varying interval.
+        InputError: as `filters.run_filter`; and for gains of another shape.
     """
-    if measurements.interval is None:
-        raise InputError("interval", "must be constant", None)
     check_measurements(measurements)
-    runs = Runs(measurements.positions[None], truth.positions[None], measurements.interval)
-    found = errors_of_runs(runs, gains, start=start, initial_state=initial_state, limit=limit)
+    even, known = measurements.interval, truth.positions[None] if truth.known else None
+    times = np.asarray(measurements.times, dtype=np.float64) if even is None else None
+    nominal = float(np.median(np.diff(measurements.times))) if even is None else even
+    runs, kinds = Runs(measurements.positions[None], known, nominal, times), KINDS if truth.known else ("innovation",)
+    found = errors_of_runs(runs, gains, start=start, initial_state=initial_state, limit=limit, kinds=kinds)
     return {
         kind: Errors({name: values[:, 0] for name, values in errors.figures.items()}) for kind, errors in found.items()
     }
@@ -156,7 +167,7 @@ def _groups(gains: FloatArray | Sequence[FloatArray]) -> list[Group]:
 
 
 def _check_runs(runs: Runs, kinds: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-    """Positions and truth, contiguous; zeros where the truth is not known."""
+    """Positions and truth, contiguous; zeros where nobody knows the truth, NaN where only some of it is known."""
     positions = np.require(runs.positions, np.float64, ["C", "W"])
     if positions.ndim != 3 or not positions.size:
         raise InputError("positions", "must have shape (n_runs, n_samples, n_axes)", positions.shape)
@@ -165,16 +176,28 @@ def _check_runs(runs: Runs, kinds: tuple[str, ...]) -> tuple[FloatArray, FloatAr
     if not np.isfinite(total) and np.isinf(positions).any():
         raise InputError("positions", "must be finite or NaN", "an infinite number")
     one = (1, *positions.shape[1:])
-    if runs.truth is None:
+    if runs.truth is None or np.isnan(runs.truth).all():
         if kinds != ("innovation",):
             raise InputError("kinds", "must be innovation alone where the truth is not known", ", ".join(kinds))
         return positions, np.zeros(one)
     truth = np.require(runs.truth, np.float64, ["C", "W"])
     if truth.shape not in {positions.shape, one}:
         raise InputError("truth", f"must have shape {one} or {positions.shape}", truth.shape)
-    if not np.isfinite(truth).all():
-        raise InputError("truth", "must be finite", "an infinite or missing position")
+    if np.isinf(truth).any():
+        raise InputError("truth", "must be finite, or NaN where nobody knows it", "an infinite number")
     return positions, truth
+
+
+def _intervals(runs: Runs, samples: int) -> FloatArray:
+    """The interval before each sample, or the one number if it is constant, s."""
+    if runs.times is None:
+        return np.array([POSITIVE.check("interval", runs.interval)])
+    times = np.asarray(runs.times, dtype=np.float64)
+    if times.shape != (samples,):
+        raise InputError("times", f"must have shape ({samples},) like the runs", times.shape)
+    if not np.isfinite(times).all():
+        raise InputError("times", "must be finite", "an infinite or missing time")
+    return intervals_of(times)
 
 
 def _check_states(

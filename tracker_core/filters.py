@@ -159,10 +159,8 @@ def check_measurements(measurements: Measurements) -> FloatArray:
         raise InputError("times", "must be finite", "an infinite or missing time")
     if measurements.interval is not None:
         POSITIVE.check("interval", measurements.interval)
-    elif len(times) > 1 and not (np.diff(times) > 0).all():
-        raise InputError("times", "must increase from sample to sample", f"{float(np.diff(times).min())} s between two")
-    elif len(times) < 2:
-        raise InputError("times", "must hold at least 2 samples where no interval is given", len(times))
+    else:
+        intervals_of(times)
     return z
 
 
@@ -185,5 +183,18 @@ def _intervals(measurements: Measurements) -> FloatArray:
     """The interval before each sample, or the one number if it is constant."""
     if measurements.interval is not None:
         return np.array([measurements.interval], dtype=np.float64)
-    steps = np.diff(measurements.times)
-    return np.concatenate((steps[:1], steps)).astype(np.float64)
+    return intervals_of(np.asarray(measurements.times, dtype=np.float64))
+
+
+def intervals_of(times: FloatArray) -> FloatArray:
+    """The interval before each sample, s, shape (n_samples,) like the times; the first one counts twice.
+
+    Raises:
+        InputError: for fewer than two samples, or times that do not increase.
+    """
+    if len(times) < 2:
+        raise InputError("times", "must hold at least 2 samples where no interval is given", len(times))
+    steps = np.diff(times)
+    if not (steps > 0).all():
+        raise InputError("times", "must increase from sample to sample", f"{float(steps.min())} s between two")
+    return np.concatenate((steps[:1], steps))

@@ -72,12 +72,22 @@ class Batch:
         """The greatest magnitude of a true position, m."""
         return float(np.abs(self.truth).max())
 
+    @property
+    def sets(self) -> int:
+        """How many gain sets there are."""
+        return sum(len(group.rows) for group in self.groups)
+
+    def room(self) -> dict[str, dict[str, FloatArray]]:
+        """Room for what is asked for, by kind and figure, shape (m, r)."""
+        shape = self.sets, len(self.positions)
+        return {kind: {name: np.empty(shape) for name in self.figures} for kind in self.kinds}
+
     def errors(self) -> dict[str, dict[str, FloatArray]]:
         """By kind and figure, shape (m, r)."""
         from tracker_core.kernels import LANES  # compiled code is loaded when the first filter runs
 
-        sets, runs = sum(len(group.rows) for group in self.groups), len(self.positions)
-        found = {kind: {name: np.empty((sets, runs)) for name in self.figures} for kind in self.kinds}
+        sets, runs = self.sets, len(self.positions)
+        found = self.room()
         regular = self._regular()
         usual = np.flatnonzero(regular)
         # Lanes are filled with gain sets or with runs, whichever leaves fewer of them empty; the answer is the same.
@@ -85,10 +95,10 @@ class Batch:
             usual = usual[:0]
         order = np.concatenate((usual, np.setdiff1d(np.arange(runs), usual)))
         for first, rows, sums in self._over_runs(usual):
-            self._write(found, rows, first, sums)
+            write(found, rows, first, sums)
         for column in range(len(usual), runs):
             for rows, sums in self._over_sets(int(order[column])):
-                self._write(found, rows, column, sums)
+                write(found, rows, column, sums)
         if not regular.all():
             back = np.argsort(order)
             return {kind: {name: values[:, back] for name, values in all_.items()} for kind, all_ in found.items()}
@@ -165,22 +175,6 @@ class Batch:
         )  # fmt: skip
         return found
 
-    def _write(self, found: dict[str, dict[str, FloatArray]], rows: IntArray, first: int, sums: FloatArray) -> None:
-        columns = slice(first, first + sums.shape[-1])
-        with np.errstate(invalid="ignore", divide="ignore"):
-            for kind, figures in found.items():
-                total, squares, greatest, count = sums[KINDS.index(kind)]
-                defined = np.where(count == 0, np.nan, 1.0)
-                for name, values in figures.items():
-                    if name == "total":
-                        values[rows, columns] = total * defined
-                    elif name == "rmse":
-                        values[rows, columns] = np.sqrt(squares / count)
-                    elif name == "max":
-                        values[rows, columns] = np.sqrt(greatest) * defined
-                    else:
-                        values[rows, columns] = np.sqrt(squares) / count
-
 
 @dataclass(frozen=True, slots=True)
 class Beginning:
@@ -210,6 +204,32 @@ class Beginning:
         special = ~(predicted & smoothed)
         special[:length] = True
         return cls(gains, until, np.stack((predicted, smoothed, predicted)), special)
+
+
+def write(found: dict[str, dict[str, FloatArray]], rows: IntArray, first: int, sums: FloatArray) -> None:
+    """Make figures of sums.
+
+    Args:
+        found: by kind and figure, shape (m, r), filled in.
+        rows: where the gain sets stand, shape (k,).
+        first: number of the first of the runs.
+        sums: shape (3, 4, k, runs): of every kind the sum, the sum of squares, the square of the greatest and the
+            number of errors.
+    """
+    columns = slice(first, first + sums.shape[-1])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        for kind, figures in found.items():
+            total, squares, greatest, count = sums[KINDS.index(kind)]
+            defined = np.where(count == 0, np.nan, 1.0)
+            for name, values in figures.items():
+                if name == "total":
+                    values[rows, columns] = total * defined
+                elif name == "rmse":
+                    values[rows, columns] = np.sqrt(squares / count)
+                elif name == "max":
+                    values[rows, columns] = np.sqrt(greatest) * defined
+                else:
+                    values[rows, columns] = np.sqrt(squares) / count
 
 
 def _blocks(count: int, size: int) -> Iterator[slice]:

@@ -127,6 +127,26 @@ def fetch(data: str) -> File:
     raise InputError("data", "must be 32 hexadecimal digits, which a file is known by", data)
 
 
+def parcel(data: str | None) -> File | None:
+    """The file that work on an experiment takes along to where it may not be: see `deliver`; None for no file.
+
+    Raises:
+        InputError: as `fetch`.
+    """
+    return None if data is None else fetch(data)
+
+
+def deliver(data: str | None, file: File | None) -> None:
+    """Put a file that was taken along on the shelf of this process, unless it is there.
+
+    Args:
+        data: what it is known by.
+        file: what `parcel` has given for that.
+    """
+    if data is not None and file is not None and SHELF.fetch(data) is None:
+        SHELF.keep(file)
+
+
 @lru_cache(maxsize=32)
 def proposed(data: str) -> str:
     """How a file is read if nobody says otherwise, as the text of a `Reading`.

@@ -178,8 +178,10 @@ def observe_runs(experiment: Experiment, seeds: Sequence[int]) -> Runs:
     scenario = experiment.target
     if scenario.random or experiment.manoeuvre_std is not None or experiment.noise == "recorded":
         several = [observe(replace(experiment, seed=seed), remember=False) for seed in seeds]
-        true = np.array([truth.positions for truth, _, _ in several])
-        return Runs(np.array([measured.positions for _, measured, _ in several]), true, experiment.interval)
+        truth, measured, _ = several[0]
+        true = np.array([truth.positions for truth, _, _ in several]) if truth.known else None
+        times = measured.times if measured.interval is None else None
+        return Runs(np.array([measured.positions for _, measured, _ in several]), true, experiment.interval, times)
     truth, _, std = observe(experiment)
     draw, correlation = NOISES[experiment.noise].draw, experiment.noise_correlation or 0.0
     positions = np.repeat(truth.positions[None], len(seeds), axis=0)
@@ -187,6 +189,28 @@ def observe_runs(experiment: Experiment, seeds: Sequence[int]) -> Runs:
         for row, seed in enumerate(seeds):
             positions[row] += draw(truth.positions.shape, std, seed, correlation)
     return Runs(positions, truth.positions[None], experiment.interval)
+
+
+def believed_runs(experiment: Experiment, seeds: Sequence[int]) -> Runs:
+    """The same without what the experiment's own filter refuses: NaN where its gate does not believe a measurement.
+
+    Whatever filter runs on them, it sees what the others see.
+    """
+    runs = observe_runs(experiment, seeds)
+    if experiment.gate is None:
+        return runs
+    gains, positions = experiment.gains(), runs.positions.copy()
+    states = known_states(experiment, seeds, experiment.order)
+    for row, seed in enumerate(seeds):
+        # A ratio of signal to noise may give every target a noise of its own.
+        _, measured, noise_std = observe(replace(experiment, seed=seed), remember=False)
+        track = run_filter(
+            measured, gains, start=experiment.start, gate=gate_of(experiment, gains, noise_std),
+            initial_state=states if states is None or states.ndim == 2 else states[row],
+        )  # fmt: skip
+        if track.rejected is not None:
+            positions[row, track.rejected] = np.nan
+    return replace(runs, positions=positions)
 
 
 def observation_rmse(runs: Runs) -> FloatArray:

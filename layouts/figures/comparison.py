@@ -9,7 +9,7 @@ import numpy as np
 
 from layouts.figures.common import META, Figure, clipped, drawn, packed, padded_range, round_up, thinned, trace, xy
 from layouts.figures.error import running_rms, visible, window
-from layouts.figures.track import axes_of, close_up_rows, plane_of, positions, reach
+from layouts.figures.track import axes_of, close_up_rows, plane_of, positions, reach, whereabouts
 from layouts.pinned import pinned_runs
 from layouts.shown import Shown, seen_key, target_key
 from layouts.theme import hollow, layout, pin_line, pin_marker, tokens
@@ -55,8 +55,11 @@ def _present(x: FloatArray, y: FloatArray, theme: str, **more: Any) -> Figure:
 
 
 def _exaggerated(shown: Shown, result: Result) -> FloatArray:
+    smoothed = result.track.smoothed[:, :, 0]
+    if shown.view.exaggerate == 1 or not result.truth.known:
+        return smoothed
     truth = shown.result.truth.positions
-    return truth + shown.view.exaggerate * (result.track.smoothed[:, :, 0] - truth)
+    return truth + shown.view.exaggerate * (smoothed - truth)
 
 
 def path_overlay(shown: Shown) -> Figure:
@@ -69,10 +72,10 @@ def path_overlay(shown: Shown) -> Figure:
         plane_of(result, clipped(series[kind], limit), rows) for kind in ("truth", "observed", "smoothed")
     )
     cursor = view.cursor(samples)
-    here = plane_of(result, series["truth"], slice(cursor, cursor + 1))
+    here = plane_of(result, whereabouts(series), slice(cursor, cursor + 1))
     t = tokens(theme)
     data = [
-        trace("truth", *truth, theme),
+        trace("truth", *truth, theme, showlegend=result.truth.known),
         trace("observed", *plane_of(result, series["observed"], some), theme, marker=hollow(theme, 4)),
         _present(*present, theme),
         {
@@ -124,7 +127,8 @@ def close_up_overlay(shown: Shown) -> Figure:
         data.append(overlay(slot, name, *line_of, theme, marker=pin_marker(slot, theme, 6) | {"maxdisplayed": 0}))
     for part, plane in zip(data, (truth, observed, present), strict=False):
         part["x"], part["y"] = (packed(values, "f8") for values in plane)
-    ranges = [padded_range(np.concatenate((truth[i], observed[i])), 0.1) for i in (0, 1)]
+    places = plane_of(result, whereabouts(series), rows)
+    ranges = [padded_range(np.concatenate((truth[i], observed[i], places[i])), 0.1) for i in (0, 1)]
     return {
         "data": data,
         "layout": layout(
@@ -139,19 +143,27 @@ def close_up_overlay(shown: Shown) -> Figure:
 
 
 def errors_of(result: Result, kind: str) -> FloatArray:
-    """One error of every sample, m, shape (n_samples,): of KINDS."""
+    """One error of every sample, m, shape (n_samples,): of KINDS; NaN where a gate has not believed it, or no truth is.
+
+    Innovations that a filter refused are none of its errors.
+    """
     predicted, smoothed = result.track.predicted[:, :, 0], result.track.smoothed[:, :, 0]
     if kind == "innovation":
-        return distances(result.measurements.positions - predicted)
+        sizes, refused = distances(result.measurements.positions - predicted), result.track.rejected
+        return sizes if refused is None else np.where(refused, np.nan, sizes)
     return distances((predicted if kind == "tracking" else smoothed) - result.truth.positions)
 
 
 def error_overlay(shown: Shown) -> Figure:
-    """One error of every filter over time, as a running RMS, with the level of the measurements."""
+    """One error of every filter over time, as a running RMS, with the level of the measurements.
+
+    Where nobody knows the truth that is the size of the innovation, with what the sensor is said to have of it.
+    """
     result, theme, kind = shown.result, shown.theme, shown.view.comparing.compared
-    times = result.truth.times
+    times, known = result.truth.times, result.truth.known
     rows, width = drawn(len(times)), window(len(times))
-    level = float(np.sqrt(np.nanmean(distances(result.measurements.positions - result.truth.positions) ** 2)))
+    raw = distances(result.measurements.positions - result.truth.positions)
+    level = float(np.sqrt(np.nanmean(raw**2) if known else np.sum(np.square(result.noise_std))))
     curves = [running_rms(errors_of(run, kind), width)[rows] for _, _, run in _runs(shown)]
     present = running_rms(errors_of(result, kind), width)[rows]
     top = error_top(level, [present, *curves])
@@ -160,8 +172,9 @@ def error_overlay(shown: Shown) -> Figure:
     data: list[Figure] = [
         {
             "type": "scatter", "mode": "lines", "x": [float(times[0]), float(times[-1])], "y": [level, level],
-            "line": {"color": t["observed"], "width": 2, "dash": "dot"}, "name": "Raw RMSE", "hoverinfo": "skip",
-            "visible": kind != "innovation",
+            "line": {"color": t["observed"], "width": 2, "dash": "dot"},
+            "name": "Raw RMSE" if known else "σ, assumed", "hoverinfo": "skip",
+            "visible": kind != "innovation" or not known,
         },
         _present(times[rows], visible(present, top), theme),
         {

@@ -11,7 +11,6 @@ from tracker_core.filters import run_filter
 from tracker_core.metrics import measure
 from tracker_core.run import known_state, observe
 from tracker_core.starts import STARTS
-from tracker_core.types import Measurements
 
 SCENARIOS = ("jeong-ship", "climbing-turn", "constant-velocity")
 XI = (0.3, 0.64, 0.9)
@@ -79,9 +78,3 @@ def test_gains_of_another_shape_are_refused(sets, message):
     truth, seen, _ = case("constant-velocity", 2, "two-point")
     with pytest.raises(InputError, match=message):
         batch_errors(seen, truth, sets)
-
-
-def test_a_varying_interval_is_refused():
-    truth, seen, _ = case("constant-velocity", 2, "two-point")
-    with pytest.raises(InputError, match="interval must be constant"):
-        batch_errors(Measurements(seen.times, seen.positions, None), truth, np.array([[0.5, 0.2]]))

@@ -16,13 +16,20 @@ import pytest
 import yaml
 
 from tracker_core import Experiment, InputError
+from tracker_core.measured import SHELF, File
 from tracker_core.tuning import Map, MonteCarlo, Search, Sweep, base, evaluate, monte_carlo
 from tracker_core.tuning.cluster import Cluster
 from tracker_core.tuning.executors import ordered
 
 ROOT = Path(__file__).parents[2]
 EXPERIMENT = Experiment.from_dict({"samples": 60, "order": 2, "xi": 0.6, "seed": 3})
+TIMES = np.cumsum(np.random.default_rng(5).uniform(0.5, 2, 70))
+ROWS = zip(TIMES.tolist(), (30 * np.sin(TIMES / 9) + np.random.default_rng(6).normal(0, 1, 70)).tolist(), strict=True)
+# No worker has this file, or ever reads it from anywhere but the parts.
+FILE = File("boat.csv", ("t,x\n" + "\n".join(f"{time!r},{place!r}" for time, place in ROWS)).encode())
+RECORDING = Experiment.from_dict({"data": SHELF.keep(FILE), "order": 2, "xi": 0.6, "gate": 4})
 STUDIES = {
+    "recording": Search(RECORDING, "innovation_rmse", budget=2_000),
     "sweep": Sweep(EXPERIMENT, "xi", tuple(np.linspace(0.1, 0.9, 30)), "estimation_rmse", 12, beside=("tracking_max",)),
     "map": Map(EXPERIMENT, ("alpha", "beta"), "innovation_total", 20, 15, runs=6),
     "comparison": MonteCarlo((EXPERIMENT, replace(EXPERIMENT, xi=0.7), replace(EXPERIMENT, order=3)), 400),

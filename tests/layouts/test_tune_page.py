@@ -124,12 +124,15 @@ def test_a_bad_entry_has_its_error_beside_it_and_is_left_out_of_a_link(name, ent
 
 
 def test_fields_that_mean_nothing_are_hidden():
-    sweep, plane = fields_in_use(Tuning()), fields_in_use(Tuning("map"))
+    present = settings_of("").experiment
+    sweep, plane = fields_in_use(Tuning(), present), fields_in_use(Tuning("map"), present)
     assert {name for name, shown in sweep.items() if shown} == {"against", "from", "to", "points", "tune_runs"}
     assert {name for name, shown in plane.items() if shown} == {"plane", "cells", "tune_runs"}
-    closed = fields_in_use(Tuning(objective="noise_lag"))
+    closed = fields_in_use(Tuning(objective="noise_lag"), present)
     assert closed["noise_weight"]
     assert not closed["tune_runs"]
+    # More runs would all be the same.
+    assert not fields_in_use(Tuning(), settings_of("noise=none").experiment)["tune_runs"]
 
 
 # The study ---------------------------------------------------------------------------------------------------------

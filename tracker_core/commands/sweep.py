@@ -11,6 +11,7 @@ from tracker_core.commands.base import Commands, add_experiment, experiment_valu
 from tracker_core.experiment import Experiment
 from tracker_core.statistics import Interval
 from tracker_core.tuning import OBJECTIVES, PARAMETERS, Sweep, SweepOutcome
+from tracker_core.tuning.objectives import usual_objective
 from tracker_core.tuning.sweeps import POINTS, RUNS, usual_values
 
 NUMBER = Domain()
@@ -20,8 +21,9 @@ def add(commands: Commands) -> None:
     """Add the command to a parser."""
     sweep = commands.add_parser("sweep", help="vary one number of a filter over many runs and print the best value")
     sweep.add_argument("parameter", help=f"what is varied: {', '.join(PARAMETERS)}")
-    sweep.add_argument("--for", dest="objective_for", metavar="OBJECTIVE", default="estimation_rmse",
-                       help=f"what is to be small: {', '.join(OBJECTIVES)}")  # fmt: skip
+    sweep.add_argument("--for", dest="objective_for", metavar="OBJECTIVE",
+                       help="what is to be small; estimation_rmse, or without a truth innovation_rmse, if left out: "
+                       f"{', '.join(OBJECTIVES)}")  # fmt: skip
     sweep.add_argument("--from", dest="low", metavar="VALUE", help="the first value")
     sweep.add_argument("--to", dest="high", metavar="VALUE", help="the last value")
     sweep.add_argument("--points", metavar="N", default="101", help="how many values")
@@ -42,7 +44,7 @@ def _sweep(options: argparse.Namespace) -> None:
         experiment,
         options.parameter,
         usual_values(experiment, options.parameter, low, high, points),
-        options.objective_for,
+        options.objective_for or usual_objective(experiment),
         int(RUNS.check("runs", options.runs)),
         NUMBER.check("weight", options.noise_weight),
     )

@@ -6,6 +6,7 @@ the recursion begins at sample `begin`. Nothing is validated here.
 """
 
 from tracker_core.kernels.banks import bank_choice, bank_mixture
+from tracker_core.kernels.errors import track_errors
 from tracker_core.kernels.gate import gated_track
 from tracker_core.kernels.lanes import lane_errors, transposed
 from tracker_core.kernels.likelihood import deletions, profile
@@ -35,6 +36,7 @@ __all__ = [
     "scheduled",
     "step_response",
     "track",
+    "track_errors",
     "transposed",
     "weight_costs",
     "window_search",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+import numpy as np
+
 from tracker_core.checks import Domain, InputError
 from tracker_core.experiment import Experiment
 
@@ -18,6 +20,9 @@ MOST_SCORES = 5_000_000
 
 BLOCK_STEPS = 10_000_000
 """Filter steps after which a part of a study ends: some hundredths of a second."""
+
+UNEVEN = 5
+"""Steps side by side that take as long as one where filters run one after the other: see `batch.errors_of_runs`."""
 
 WEIGHT = Domain(0, 1)
 
@@ -37,8 +42,13 @@ class Progress(Generic[OutcomeT]):
 
 
 def steps_of(experiment: Experiment) -> int:
-    """Filter steps of one run of one filter."""
-    return experiment.samples * len(experiment.target.axes)
+    """Filter steps of one run of one filter; those that take longer count as several."""
+    recording, steps = experiment.target.recording, experiment.samples * len(experiment.target.axes)
+    if not experiment.target.measured or recording is None:
+        return steps
+    truth = None if recording.truth is None else np.isnan(recording.truth[: experiment.samples])
+    partly = truth is not None and truth.any() and not truth.all()
+    return steps * UNEVEN if partly or recording.times is not None else steps
 
 
 def check_steps(field: str, value: object, steps: int) -> int:
@@ -68,3 +78,12 @@ def has_chance(experiment: Experiment) -> bool:
     """Whether another seed gives another run."""
     drawn = experiment.noise not in ("none", "recorded") and experiment.noise_std != (0.0,)
     return drawn or experiment.manoeuvre_std is not None or experiment.target.random
+
+
+def knows_truth(experiment: Experiment) -> bool:
+    """Whether anybody knows where the target was at any sample."""
+    scenario = experiment.target
+    if not scenario.measured:
+        return True
+    truth = None if scenario.recording is None else scenario.recording.truth
+    return truth is not None and not bool(np.isnan(truth[: experiment.samples]).all())

@@ -12,8 +12,9 @@ import numpy as np
 
 from tracker_core.batch import Errors, Runs, errors_of_runs
 from tracker_core.experiment import Experiment
+from tracker_core.measured import File, deliver, parcel
 from tracker_core.responses import lag_coefficient, noise_gain
-from tracker_core.run import known_states, observe, observe_runs
+from tracker_core.run import believed_runs, known_states, observe
 from tracker_core.stability import stable
 from tracker_core.tuning.base import BLOCK_STEPS, has_chance, steps_of
 from tracker_core.tuning.executors import ordered
@@ -82,7 +83,8 @@ def scored(
     steps, done = steps_of(experiment), 0
     parts = parts_of(experiment, runs, len(vectors))
     tasks = ((part.seeds, vectors[part.first : part.last]) for part in parts)
-    work = partial(_scores_of, experiment, tuple(run_names))
+    # A worker of a cluster need not have the file of a recording.
+    work = partial(_scores_of, parcel(experiment.data), experiment, tuple(run_names))
     for part, found in zip(parts, ordered(executor, work, tasks), strict=True):
         first = part.seeds[0] - experiment.seed
         scores[rows, first : first + len(part.seeds), part.first : part.last] = found
@@ -91,9 +93,13 @@ def scored(
 
 
 def _scores_of(
-    experiment: Experiment, objectives: tuple[str, ...], task: tuple[tuple[int, ...], FloatArray]
+    file: File | None,
+    experiment: Experiment,
+    objectives: tuple[str, ...],
+    task: tuple[tuple[int, ...], FloatArray],
 ) -> FloatArray:
     """Shape (objectives, runs, filters)."""
+    deliver(experiment.data, file)
     seeds, vectors = task
     wanted = [OBJECTIVES[name] for name in objectives]
     errors = run_errors(
@@ -114,11 +120,14 @@ def run_errors(
     figures: tuple[str, ...],
     kinds: tuple[str, ...],
 ) -> dict[str, Errors]:
-    """Errors of gain sets, of one order or of several, in the runs with these seeds: arrays of shape (p, runs)."""
+    """Errors of gain sets, of one order or of several, in the runs with these seeds: arrays of shape (p, runs).
+
+    All see the same measurements: those that the experiment's own filter believes, if it has a gate.
+    """
     # What is looked at again and again, as in a search, is drawn once.
     small = len(seeds) * steps_of(experiment) <= _REMEMBERED_VALUES
     return errors_of_runs(
-        _remembered(experiment, tuple(seeds)) if small else observe_runs(experiment, seeds),
+        _remembered(experiment, tuple(seeds)) if small else believed_runs(experiment, seeds),
         vectors,
         start=experiment.start,
         initial_state=known_states(experiment, seeds, max(map(len, vectors))),
@@ -129,7 +138,7 @@ def run_errors(
 
 @lru_cache(maxsize=8)
 def _remembered(experiment: Experiment, seeds: tuple[int, ...]) -> Runs:
-    return observe_runs(experiment, seeds)
+    return believed_runs(experiment, seeds)
 
 
 def noise_against_lag(experiment: Experiment, vectors: FloatArray, weight: float) -> FloatArray:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker_core.checks import Domain, InputError, check_choice
+from tracker_core.checks import Domain, InputError
 from tracker_core.conventions import Gains
 from tracker_core.experiment import Experiment
 from tracker_core.region import PLANES, region_slice
@@ -17,7 +17,7 @@ from tracker_core.stability import stable
 from tracker_core.statistics import CONFIDENCE, Interval, mean_interval
 from tracker_core.tuning.base import WEIGHT, Progress, check_scores, check_steps, steps_of
 from tracker_core.tuning.evaluate import effective_runs, scored
-from tracker_core.tuning.objectives import OBJECTIVES
+from tracker_core.tuning.objectives import check_objective
 from tracker_core.types import GAIN_NAMES, FloatArray
 
 CELLS = Domain(2, 200, whole=True)
@@ -121,7 +121,7 @@ class Map:
     Attributes:
         experiment: what is run, with its seed and the ones after it; one with constant gains.
         plane: names of the horizontal and the vertical gain, of `region.PLANES`.
-        objective: a name in OBJECTIVES.
+        objective: a name in OBJECTIVES; where nobody knows the truth, one of the innovation.
         columns, rows: cells along each, 2 to 200.
         runs: 1 to 1,000; one is taken where nothing is left to chance.
         weight: of the noise in the objective that weighs it against the lag.
@@ -142,7 +142,7 @@ class Map:
 
     def __post_init__(self) -> None:
         for name in self.objectives:
-            check_choice("objective", name, OBJECTIVES)
+            check_objective(name, self.experiment)
         CELLS.check("columns", self.columns)
         CELLS.check("rows", self.rows)
         RUNS.check("runs", self.runs)

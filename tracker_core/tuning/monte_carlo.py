@@ -181,6 +181,8 @@ class MonteCarlo:
             for name in SEEN:
                 if getattr(other, name) != getattr(first, name):
                     raise InputError(name, "must be the same for all filters", getattr(other, name))
+        if first.target.measured:
+            raise InputError("runs", "must not be asked for of a recording: it cannot be run again", self.runs)
         if not has_chance(first):
             raise InputError("noise", "must leave something to chance: every run would be the same", first.noise)
         check_steps("runs", self.runs, self._steps(self.runs))
@@ -215,8 +217,7 @@ def figures_of(experiments: tuple[Experiment, ...], seeds: range) -> FloatArray:
     values = np.full((len(seeds), len(experiments), len(FIGURES)), np.nan)
     constant = [number for number, experiment in enumerate(experiments) if experiment.method is None]
     raw = observation_rmse(observe_runs(experiments[0], seeds)) if constant else np.empty(0)
-    for start in dict.fromkeys(experiments[number].start for number in constant):
-        numbers = [number for number in constant if experiments[number].start == start]
+    for numbers in _together(experiments, constant):
         vectors = [experiments[number].gains().vector for number in numbers]
         errors = run_errors(experiments[numbers[0]], seeds, vectors, figures=HOWS, kinds=KINDS)
         for column, name in enumerate(_ERRORS):
@@ -229,6 +230,15 @@ def figures_of(experiments: tuple[Experiment, ...], seeds: range) -> FloatArray:
         if experiment.method is not None:
             values[:, number] = [_of_method(replace(experiment, seed=seed)) for seed in seeds]
     return values
+
+
+def _together(experiments: tuple[Experiment, ...], constant: list[int]) -> list[list[int]]:
+    """Numbers of the filters that start alike and believe alike: with a gate each what it believes itself."""
+    groups: dict[tuple[str, int | None], list[int]] = {}
+    for number in constant:
+        experiment = experiments[number]
+        groups.setdefault((experiment.start, None if experiment.gate is None else number), []).append(number)
+    return list(groups.values())
 
 
 def _of_method(experiment: Experiment) -> list[float]:

@@ -6,7 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from tracker_core.batch import KINDS, Errors
-from tracker_core.types import FloatArray
+from tracker_core.checks import InputError, check_choice
+from tracker_core.experiment import Experiment
+from tracker_core.tuning.base import knows_truth
+from tracker_core.types import STATE_NAMES, FloatArray
 
 HOWS = ("rmse", "total", "max", "l2")
 
@@ -76,3 +79,45 @@ OBJECTIVES: dict[str, Objective] = {
     )
 }
 """What can be tuned for; all in metres, and the smaller the better."""
+
+TRUTH, DERIVATIVE = (
+    "must not need the truth: nobody knows where the target was",
+    "must not need the {} of the target: nobody knows it",
+)
+"""Rules that an objective breaks which cannot be had."""
+
+
+def objectives_of(experiment: Experiment) -> tuple[str, ...]:
+    """What a filter can be tuned for in an experiment: without a truth the innovations alone."""
+    return tuple(name for name in OBJECTIVES if not _broken(name, experiment))
+
+
+def usual_objective(experiment: Experiment) -> str:
+    """What a filter is tuned for where nobody says: the smoothed position, or else the innovation."""
+    return "estimation_rmse" if knows_truth(experiment) else "innovation_rmse"
+
+
+def check_objective(name: str, experiment: Experiment) -> str:
+    """The name of an objective, if it can be had.
+
+    Raises:
+        InputError: for an unknown one, and for one that needs what nobody knows of the target.
+    """
+    rule = _broken(check_choice("objective", name, OBJECTIVES), experiment)
+    if rule:
+        raise InputError("objective", rule, name)
+    return name
+
+
+def _broken(name: str, experiment: Experiment) -> str:
+    """The rule that an objective breaks; empty where it can be had."""
+    if not OBJECTIVES[name].needs_truth:
+        return ""
+    if not knows_truth(experiment):
+        return TRUTH
+    if name == NOISE_LAG and experiment.target.known_states <= experiment.order:
+        return DERIVATIVE.format(_DERIVATIVES[experiment.order])
+    return ""
+
+
+_DERIVATIVES = (*STATE_NAMES, "snap")

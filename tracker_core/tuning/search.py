@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tracker_core.checks import Domain, InputError, check_choice
+from tracker_core.checks import Domain, InputError
 from tracker_core.conventions import Gains
 from tracker_core.design.curves import curve_designs, design_curve
 from tracker_core.experiment import Experiment
@@ -24,7 +24,7 @@ from tracker_core.statistics import Interval, mean_interval
 from tracker_core.tuning.base import MOST_STEPS, WEIGHT, Progress, check_steps, has_chance, steps_of
 from tracker_core.tuning.evaluate import effective_runs, scored
 from tracker_core.tuning.islands import EDGE, POPULATION, Islands
-from tracker_core.tuning.objectives import NOISE_LAG, OBJECTIVES
+from tracker_core.tuning.objectives import NOISE_LAG, check_objective
 from tracker_core.tuning.rivals import POINTS, Rival, best_of_designs
 from tracker_core.types import FloatArray
 
@@ -102,7 +102,7 @@ class Search:
 
     Attributes:
         experiment: target, sensor, start, order, and the seed and the ones after it; its own gains do not matter.
-        objective: a name in OBJECTIVES.
+        objective: a name in OBJECTIVES; where nobody knows the truth, one of the innovation.
         runs: 1 to 1,000, as many again for the comparison; one is taken where nothing is left to chance.
         weight: of the noise in the objective that weighs it against the lag.
         budget: gain sets that are tried at most, 2,000 to 200,000.
@@ -118,7 +118,7 @@ class Search:
     budget: int = 30_000
 
     def __post_init__(self) -> None:
-        check_choice("objective", self.objective, OBJECTIVES)
+        check_objective(self.objective, self.experiment)
         RUNS.check("runs", self.runs)
         WEIGHT.check("weight", self.weight)
         BUDGET.check("budget", self.budget)

@@ -21,7 +21,7 @@ from tracker_core.stability import stable
 from tracker_core.statistics import Interval, least_places, mean_interval, place_interval
 from tracker_core.tuning.base import WEIGHT, Progress, check_scores, check_steps, steps_of
 from tracker_core.tuning.evaluate import effective_runs, scored
-from tracker_core.tuning.objectives import OBJECTIVES
+from tracker_core.tuning.objectives import check_objective
 from tracker_core.types import GAIN_NAMES, FloatArray
 
 RUNS = Domain(1, 10_000, whole=True)
@@ -263,7 +263,7 @@ class Sweep:
         experiment: what is run, with its seed and the ones after it.
         parameter: a name in PARAMETERS that it offers.
         values: of it, increasing, 2 to 1,001.
-        objective: a name in OBJECTIVES.
+        objective: a name in OBJECTIVES; where nobody knows the truth, one of the innovation.
         runs: 1 to 10,000; one is enough, and taken, where nothing is left to chance.
         weight: of the noise in the objective that weighs it against the lag.
         beside: other objectives that are to be known as well.
@@ -283,7 +283,7 @@ class Sweep:
     def __post_init__(self) -> None:
         check_choice("parameter", self.parameter, offered(self.experiment))
         for name in self.objectives:
-            check_choice("objective", name, OBJECTIVES)
+            check_objective(name, self.experiment)
         RUNS.check("runs", self.runs)
         WEIGHT.check("weight", self.weight)
         POINTS.check("values", len(self.values))

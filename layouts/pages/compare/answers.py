@@ -1,19 +1,23 @@
-"""What the Compare page shows of a run: the filters, and every metric of each beside the reference."""
+"""What the Compare page shows of a run: the filters, and every figure of each beside the reference."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from layouts.desk import Desk, Plot
 from layouts.figures import comparison
 from layouts.filter_card import SLIDERS
-from layouts.pinned import Candidate, candidates, metrics_of, reference_of
+from layouts.pinned import Candidate, candidates, errors_of, evidence_of, reference_of
 from layouts.rules import design_title
 from layouts.shown import Shown
 from layouts.text import change_text, metric_text, significant
-from tracker_core import METRICS, STARTS, Experiment, Metrics
+from tracker_core import METRICS, STARTS, Experiment
+from tracker_core.batch import KINDS
 from tracker_core.experiment import DEFAULTS
 from tracker_core.fields import FIELDS
+from tracker_core.innovations import EVIDENCE
+from tracker_core.metrics import Metric
 from tracker_core.tuning.base import has_chance
 from tracker_core.types import GAIN_NAMES
 
@@ -22,21 +26,53 @@ SAME_RUNS = (
     "drawn, or manoeuvre noise, to compare over many seeds."
 )
 
+ONE_RUN = (
+    "This target was measured once, and no second run tells what was chance: of the differences above none is called "
+    "significant. A simulated target can be compared over many seeds."
+)
+
+NEEDS_TRUTH = (
+    "Where a dash stands a truth is needed, and nobody knows where this target really was. The innovations need none; "
+    "the least of them need not be the least error."
+)
+
+OWN_GATES = (
+    "What a filter's own gate refused does not count among its innovations: filters with different gates are not "
+    "judged by the same measurements."
+)
+
+UNDIRECTED = ("nis", "smoothness", "rejected")
+"""Figures of which less is not better: as much as the model says, as the target moves, as there are outliers."""
+
 
 def report(shown: Shown) -> dict[str, Any]:
     """The filters that are compared, and the table of their metrics."""
     settings = shown.settings
     factor = shown.view.exaggerate
     experiment = settings.experiment
+    measured, known = experiment.target.measured, shown.result.truth.known
+    seed = "" if measured else f", seed {experiment.seed}"
     return {
         "filters": [filter_row(candidate, shown) for candidate in candidates(settings)],
         "rows": {"metrics": metric_rows(shown)},
         "texts": {
-            "scale": "" if factor == 1 else f"deviations × {factor}",
-            "chance": "" if has_chance(experiment) else SAME_RUNS,
-            "data": f"{experiment.samples:,} samples of {shown.result.scenario.title}, seed {experiment.seed}",
+            "scale": "" if factor == 1 or not known else f"deviations × {factor}",
+            "chance": ONE_RUN if measured else "" if has_chance(experiment) else SAME_RUNS,
+            "counted": " ".join(_counted(shown)),
+            "data": f"{experiment.samples:,} samples of {shown.result.scenario.title}{seed}",
         },
+        "fields": dict.fromkeys(("over-seeds", "figure"), not measured),
+        "offers": {"compared": list(KINDS) if known else ["innovation"]},
     }
+
+
+def _counted(shown: Shown) -> Iterator[str]:
+    """What must be known to read the table of this run."""
+    if not shown.result.truth.known:
+        yield NEEDS_TRUTH
+    runs = [candidate.experiment for candidate in candidates(shown.settings) if candidate.experiment is not None]
+    if len({experiment.gate for experiment in runs}) > 1:
+        yield OWN_GATES
 
 
 def filter_row(candidate: Candidate, shown: Shown) -> dict[str, Any]:
@@ -48,7 +84,7 @@ def filter_row(candidate: Candidate, shown: Shown) -> dict[str, Any]:
     if experiment is not None:
         row["gains"] = gains_text(experiment, present.convention)
         row["design"] = design_text(experiment)
-        if run_metrics(candidate, shown) is None:
+        if run_figures(candidate, shown) is None:
             row["problem"] = "The run was stopped: it left the world."
     return row
 
@@ -63,38 +99,58 @@ def gains_text(experiment: Experiment, convention: str) -> str:
 
 
 def design_text(experiment: Experiment) -> str:
-    """Design, order, an unusual start, and whether it looks in hindsight."""
+    """Design, order, an unusual start, a gate, and whether it looks in hindsight."""
     said = [f"{'◆ ' if experiment.hindsight else ''}{design_title(experiment.design)}", f"order {experiment.order}"]
     if experiment.start != DEFAULTS["start"]:
         said.append(f"start: {STARTS[experiment.start].title.lower()}")
+    if experiment.gate is not None:
+        said.append(f"gate {experiment.gate:g} σ")
     return ", ".join(said)
 
 
-def run_metrics(candidate: Candidate, shown: Shown) -> Metrics | None:
-    """How good one of the filters is in the run shown; None where it does not run to the end."""
-    if candidate.experiment is None:
+def run_figures(candidate: Candidate, shown: Shown) -> dict[str, float | None] | None:
+    """How good one of the filters is in the run shown, by name; None where it does not run to the end.
+
+    Where nobody knows the truth, what its innovations say as well.
+    """
+    experiment, result = candidate.experiment, shown.result
+    if experiment is None:
         return None
-    if candidate.experiment == shown.settings.experiment:
-        return shown.result.metrics if shown.result.track.stopped_at is None else None
-    return metrics_of(candidate.experiment)
+    if experiment != shown.settings.experiment:
+        errors, evidence = errors_of(experiment), None if result.truth.known else evidence_of(experiment)
+    elif result.track.stopped_at is not None:
+        return None
+    else:
+        errors, evidence = result.metrics.to_dict(), None if result.truth.known else result.evidence().to_dict()
+    return None if errors is None else (evidence or {}) | errors
+
+
+def figures_shown(*, known: bool) -> dict[str, Metric]:
+    """The figures of the table; where the truth is not known those that need none come first."""
+    if known:
+        return METRICS
+    return EVIDENCE | dict(sorted(METRICS.items(), key=lambda item: not item[0].startswith("innovation")))
 
 
 def metric_rows(shown: Shown) -> list[list[Any]]:
-    """Per metric its title, and per filter its value with the change from the reference's below it."""
-    found = [(candidate, run_metrics(candidate, shown)) for candidate in candidates(shown.settings)]
+    """Per figure its title, and per filter its value with the change from the reference's below it."""
+    found = [(candidate, run_figures(candidate, shown)) for candidate in candidates(shown.settings)]
     reference = reference_of(shown.settings)
-    base = next(metrics for candidate, metrics in found if candidate.slot == reference)
+    base = next(figures for candidate, figures in found if candidate.slot == reference)
     rows: list[list[Any]] = []
-    for name, metric in METRICS.items():
+    for name, metric in figures_shown(known=shown.result.truth.known).items():
         row: list[Any] = [metric.title]
-        for candidate, metrics in found:
-            value = None if metrics is None else getattr(metrics, name)
+        nowhere = all(figures is None or figures[name] is None for _, figures in found)
+        for candidate, figures in found:
+            value = None if figures is None else figures[name]
             change, tone = "", "same"
-            if len(found) > 1 and candidate.slot == reference:
+            if nowhere or len(found) == 1:
+                pass
+            elif candidate.slot == reference:
                 change = "reference"
-            elif metrics is not None and base is not None and len(found) > 1:
-                change, tone = change_text(metric, value, getattr(base, name))
-            row.append([metric_text(metric, value), tone, change])
+            elif figures is not None and base is not None:
+                change, tone = change_text(metric, value, base[name])
+            row.append([metric_text(metric, value), "same" if name in UNDIRECTED else tone, change])
         rows.append(row)
     return rows
 

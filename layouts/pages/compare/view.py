@@ -177,6 +177,7 @@ def _metrics_card() -> Component:
     return html.Section(
         [
             html.Div([html.H2("This run"), _difference_tip()], className="card-head"),
+            html.P(id="compare-counted", className="study-note"),
             filled_table("compare-metrics", "Every metric of every filter in the run shown", ["Metric", *_head()]),
         ],
         className="card compare-table",
@@ -208,9 +209,9 @@ def _study_card() -> Component:
                     box_field("compare", "runs", "Runs", "How often everything is run, each time with the next seed."),
                     html.Div(counts, className="counts", role="group", **{"aria-label": "Usual numbers of runs"}),
                 ],
-                className="runs",
+                className="runs field-over-seeds",
             ),
-            study_row("compare"),
+            html.Div(study_row("compare"), className="field-over-seeds"),
             html.Div(
                 [
                     html.Div(
@@ -222,7 +223,7 @@ def _study_card() -> Component:
                     html.P(id="compare-runs-text", className="formula short"),
                     filled_table("compare-over-runs", "Every metric over all runs", ["Metric", *_head()]),
                 ],
-                className="study-results",
+                className="study-results field-over-seeds",
             ),
         ],
         className="card compare-table",

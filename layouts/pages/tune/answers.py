@@ -10,7 +10,7 @@ from layouts.figures.handles import gains_handle
 from layouts.filter_card import SLIDERS
 from layouts.pages.tune.content import PLOT
 from layouts.pages.tune.present import present_value
-from layouts.pages.tune.words import gains_text
+from layouts.pages.tune.words import data_note, gains_text
 from layouts.run_cards import cards
 from layouts.shown import Shown
 from layouts.tuning import fields_in_use, objectives_offered
@@ -29,8 +29,10 @@ def report(shown: Shown) -> dict[str, Any]:
     return {
         "cards": cards(shown.result, shown.settings),
         "handles": {PLOT: handle},
-        "fields": fields_in_use(tuning),
-        "offers": {"tune_for": objectives_offered(tuning), "against": list(offered(experiment))},
+        "fields": fields_in_use(tuning, experiment),
+        "offers": {"tune_for": objectives_offered(tuning, experiment), "against": list(offered(experiment))},
+        "texts": {"data-note": data_note(shown.result)},
+        "blind": not shown.result.truth.known,
         "present": {"parameter": parameter, "value": present_value(experiment, parameter)},
     }
 

@@ -22,6 +22,7 @@ from layouts.theme import THEMES
 from tracker_core import Experiment
 from tracker_core.experiment import PARAMETERS
 from tracker_core.tuning import Map, MapOutcome, Optimum, Progress, Search, SearchOutcome, Sweep, SweepOutcome
+from tracker_core.tuning.base import knows_truth
 from tracker_core.tuning.evaluate import effective_runs
 from tracker_core.types import FloatArray
 
@@ -127,7 +128,7 @@ def _search(settings: Settings, outcome: SearchOutcome, *, complete: bool) -> Sa
     if outcome.gains is None:
         return {"best": "The designs are tried."}, None
     texts = {"best": words.found_text(outcome, complete=complete)}
-    if settings.view.tuning.without_truth:
+    if settings.view.tuning.without_truth and knows_truth(settings.experiment):
         texts["cost"] = "What not knowing the truth costs is told where one parameter or two gains are varied."
     return texts, gains_controls(outcome.gains)
 

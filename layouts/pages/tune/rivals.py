@@ -33,19 +33,29 @@ def rival_rows(outcome: SearchOutcome, present: Experiment) -> list[list[Any]]:
     """A row for the found gains, for every design, the best first, and for the present filter."""
     if outcome.gains is None or not outcome.rivals:
         return []
-    fresh, convention = outcome.fresh, outcome.gains.convention
+    search, fresh, convention = outcome.search, outcome.fresh, outcome.gains.convention
     found = _cells(outcome.gains, outcome.score, fresh.score if fresh else None, None)
     rows = [["Found", *found, use("the found gains", gains_controls(outcome.gains))]]
     for number in np.argsort([rival.score for rival in outcome.rivals], kind="stable"):
         rival = outcome.rivals[number]
         gains = Gains.normalised(np.array(rival.vector)).to(convention)
-        seen = (fresh.rivals[number], fresh.percents[number]) if fresh else (None, None)
+        seen = (fresh.rivals[number], fresh.percents[number]) if fresh else (None, _only(outcome, rival.score))
         title = f"{rival.title}, {FIELDS[rival.parameter].symbol} = {significant(rival.value, 3)}"
         controls = {"design": rival.design, rival.parameter: float(f"{rival.value:.{DIGITS}g}")}
         rows.append([title, *_cells(gains, rival.score, *seen), use(rival.title, controls)])
     if fresh and (own := _present(outcome, present)) is not None:
         rows.append(["Present", *_cells(present.gains(), None, *own), ""])
+    elif not outcome.search.compared and (scores := scores_in(search.experiment, search, 1, present)) is not None:
+        score = float(scores[0])
+        rows.append(["Present", *_cells(present.gains(), score, None, _only(outcome, score)), ""])
     return rows
+
+
+def _only(outcome: SearchOutcome, score: float) -> Interval | None:
+    """How many percent more a filter has where there is one run only; None where fresh runs are to tell."""
+    if outcome.search.compared or not outcome.score:
+        return None
+    return Interval(100 * (score / outcome.score - 1), float("nan"), float("nan"))
 
 
 def use(name: str, controls: dict[str, Any]) -> dict[str, Any]:

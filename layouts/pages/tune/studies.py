@@ -12,6 +12,7 @@ from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.design import MANUAL
 from tracker_core.experiment import PARAMETERS
 from tracker_core.tuning import Map, Search, Sweep
+from tracker_core.tuning.base import knows_truth
 from tracker_core.tuning.sweeps import usual_values, varied
 from tracker_core.types import GAIN_NAMES
 
@@ -48,8 +49,8 @@ def _sweep(settings: Settings) -> Sweep:
             varied(experiment, parameter, end)
         except InputError as error:
             raise InputError(control, error.rule, end) from error
-    # Of the sensor's variance Λ counts, from which the process's is known.
-    if parameter != "sensor_variance":
+    # Of the sensor's variance Λ counts, from which the process's is known; what a gate refuses is up to all gains.
+    if parameter != "sensor_variance" and experiment.gate is None:
         experiment = varied(experiment, parameter, values[0])
     return Sweep(experiment, parameter, values, beside=_beside(settings), **_common(settings))
 
@@ -58,14 +59,19 @@ def _map(settings: Settings) -> Map:
     experiment, plane, cells = settings.experiment, settings.view.plane, settings.view.tuning.cells
     if experiment.method is not None:
         raise InputError("design", "must have constant gains for a map", experiment.design)
-    gains = dict(zip(GAIN_NAMES, experiment.gains().values, strict=False)) | dict.fromkeys(plane, 0.5)
+    gains = dict(zip(GAIN_NAMES, experiment.gains().values, strict=False))
+    if experiment.gate is None:
+        gains |= dict.fromkeys(plane, 0.5)
     common = _common(settings)
     return Map(by_hand(experiment, gains), plane, columns=cells, rows=cells, beside=_beside(settings), **common)
 
 
 def _search(settings: Settings) -> Search:
-    gains = dict.fromkeys(GAIN_NAMES[: settings.experiment.order], 0.1)
-    return Search(by_hand(settings.experiment, gains), budget=settings.view.tuning.budget, **_common(settings))
+    experiment = settings.experiment
+    gains = dict.fromkeys(GAIN_NAMES[: experiment.order], 0.1)
+    if experiment.gate is not None:
+        gains = dict(zip(GAIN_NAMES, experiment.gains().values, strict=False))
+    return Search(by_hand(experiment, gains), budget=settings.view.tuning.budget, **_common(settings))
 
 
 STUDIES: dict[str, Callable[[Settings], Study]] = {"sweep": _sweep, "map": _map, "search": _search}
@@ -77,7 +83,7 @@ def _common(settings: Settings) -> dict[str, Any]:
 
 
 def _beside(settings: Settings) -> tuple[str, ...]:
-    return (JUDGE,) if settings.view.tuning.without_truth else ()
+    return (JUDGE,) if settings.view.tuning.without_truth and knows_truth(settings.experiment) else ()
 
 
 def by_hand(experiment: Experiment, gains: dict[str, float]) -> Experiment:

@@ -80,6 +80,7 @@ def _study_card() -> Component:
                 ],
                 className="study-head",
             ),
+            html.P(id="tune-data-note", className="study-note"),
             html.Div(_fields(), className="study-fields"),
             html.Div(
                 html.Div(id=PLOT, className="plot"),

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import floor, isfinite, log10
 
+import numpy as np
+
 from layouts.figures.tuning.look import name_of
 from layouts.text import significant
-from tracker_core import Gains
+from tracker_core import Gains, Result
 from tracker_core.conventions import rewrite
 from tracker_core.fields import FIELDS
 from tracker_core.statistics import Interval, mean_interval
 from tracker_core.tuning import PARAMETERS, Optimum, SearchOutcome, Sweep
+from tracker_core.tuning.base import has_chance
 from tracker_core.types import GAIN_NAMES, FloatArray
 
 NOTHING = 0.05
@@ -100,6 +103,29 @@ def found_text(outcome: SearchOutcome, *, complete: bool) -> str:
         return f"{said}. The best design, {title}, is not shown to be worse."
     interval = f" ({significant(more.low, 2)} to {significant(more.high, 2)})"
     return f"{said}. The best design, {title}, has {significant(more.mean, 2)} %{interval} more."
+
+
+def data_note(result: Result) -> str:
+    """What must be known of the target's data to read a study on them; empty where everything is as usual."""
+    experiment, unknown = result.experiment, np.asarray(np.isnan(result.truth.positions).any(axis=1))
+    said = []
+    if not result.truth.known:
+        said.append(
+            "Nobody knows where this target really was: filters are tuned on what they see, the innovations, and the "
+            "least innovation need not be the least error."
+        )
+    elif unknown.any():
+        known, samples = int((~unknown).sum()), len(unknown)
+        said.append(f"The truth is known at {known:,} of {samples:,} samples; errors at the others do not count.")
+    if not has_chance(experiment):
+        run = "One recording" if experiment.target.measured else "Every seed gives the same run"
+        said.append(f"{run}: there is no second run to compare with, and so no interval of any score.")
+    if result.measurements.interval is None:
+        middle = significant(experiment.interval, 4)
+        said.append(f"The intervals vary: where T counts, as in Λ and the variances, it is the middle one, {middle} s.")
+    if experiment.gate is not None:
+        said.append("What the present filter's gate refuses is left out for all filters: they see the same data.")
+    return " ".join(said)
 
 
 def gains_text(gains: Gains, ranges: Mapping[str, tuple[float, float]] | None = None) -> str:
