@@ -27,8 +27,9 @@ from layouts.studies import Studies
 from tracker_core import DESIGNS, Experiment, run_experiment
 from tracker_core.batch import errors_of_runs
 from tracker_core.checks import Domain, InputError
-from tracker_core.run import observe_runs
+from tracker_core.run import observe, observe_runs
 from tracker_core.starts import STARTS
+from tracker_core.suggestion import suggest
 from tracker_core.tuning.cluster import Cluster
 from tracker_core.types import ORDERS
 
@@ -95,15 +96,18 @@ def _add_health(server: FastAPI) -> None:
 
 
 def warm_up() -> None:
-    """Compile what every page needs, say that the server is ready, then compile what studies need.
+    """Compile what every page needs, say that the server is ready, then compile what only some need.
 
-    A study that comes before that waits for its kernels; nothing else does.
+    A gate, a suggestion or a study that comes before that waits for its kernels; nothing else does.
     """
     for order in ORDERS:
         for start in STARTS.values():
             if order >= start.least_order:
                 run_experiment(Experiment.from_dict({"order": order, "xi": 0.8, "start": start.name, "samples": 20}))
     READY.set()
+    gated = Experiment.from_dict({"samples": 20, "order": 2, "xi": 0.8, "gate": 4})
+    suggest(observe(gated)[1])
+    run_experiment(gated)
     filters = [DESIGNS["fading-memory"].gains(order, xi=0.8) for order in ORDERS]
     # Many filters in one run, many runs of one target, and runs of a target that is drawn as well.
     for scenario, runs in (("jeong-ship", 1), ("jeong-ship", 100), ("singer", 100)):
