@@ -76,6 +76,10 @@ FILES = {
     ),
     "one column": (lines("", lambda k: f"{k * k}"), "x", "header:no,time:0,at:1"),
     "no time": (lines("x,y", lambda k: f"{k * k},{-k}"), "x, y", "time:0,at:1.2"),
+    "a position that rises": (
+        lines("gps_lat,gps_lon", lambda k: f"{48 + k / 100},{11 - k / 100}"),
+        "Latitude and longitude", "time:0,frame:geographic,at:1.2",
+    ),
     "radar": (
         lines("time_ms\trange_km\tazimuth_deg\televation", lambda k: f"{100 * k}\t{k + 1}\t{20 * k}\t{k}"),
         "t, range, bearing, elevation", "delimiter:tab,clock:milliseconds,frame:polar,at:2.3.4,units:km",

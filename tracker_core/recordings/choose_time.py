@@ -30,7 +30,7 @@ def choose_time(made: Proposal, layout: Layout, names: list[Name]) -> None:
     why = "Its name says so." if column in named else "It holds dates or times."
     if column is None:
         numeric = [c for c, kind in enumerate(layout.kinds) if kind == "number"]
-        if len(numeric) > 1 and wholes[numeric[0]] not in _NO_TIMES and _rises(layout.values(numeric[0])):
+        if len(numeric) > 1 and _may_be_time(names[numeric[0]]) and _rises(layout.values(numeric[0])):
             column, why = numeric[0], "It is the first column of numbers, and they rise."
     if column is None:
         made.choose("time", 0, "No column looks like a time: say the interval between two rows.")
@@ -38,6 +38,10 @@ def choose_time(made: Proposal, layout: Layout, names: list[Name]) -> None:
     made.choose("time", column + 1, f"{titled(layout, column)}: {why[0].lower()}{why[1:]}")
     clock, why = _clock(layout, column, names[column])
     made.choose("clock", clock, why)
+
+
+def _may_be_time(name: Name) -> bool:
+    return _NO_TIMES.isdisjoint({name.whole, *name.words})
 
 
 def _is_day(layout: Layout, column: int) -> bool:

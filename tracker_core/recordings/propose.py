@@ -26,6 +26,8 @@ def propose(layout: Layout) -> Proposal:
     made.choose("header", layout.header, "The first row holds text." if layout.header else "The first row holds data.")
     choose_time(made, layout, names)
     choose_position(made, layout, names, known)
+    if made.values["time"] in made.at:
+        made.choose("time", 0, "The column that looks like a time is part of the position.")
     if not made.format:
         made.format = _plain_title(made)
     used = {made.values.get("time", 0), *made.at}
@@ -36,6 +38,8 @@ def propose(layout: Layout) -> Proposal:
 
 
 def _plain_title(made: Proposal) -> str:
+    if made.values.get("frame") == "geographic":
+        return "Latitude and longitude"
     axes = ("x", "y", "z")[: len(made.at)]
     if made.values.get("frame") == "polar":
         axes = ("range", "bearing", "elevation")[: len(axes)]
