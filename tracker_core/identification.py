@@ -30,7 +30,8 @@ MOST_SET_ASIDE = 0.2
 
 LEVEL = 0.95
 
-_ROUNDS, _SECOND_CHANCES = 10, 3
+_ROUNDS, _FIRST = 10, 2
+_MOST_AT_FIRST = 0.5
 _ROUGH, _FINE, _CROSSING = 0.02, 1e-8, 1e-5
 _QUARTILE = NormalDist().inv_cdf(0.75)
 _LEAST_SHARE = 0.05
@@ -171,7 +172,6 @@ def _believed(model: Likelihood) -> tuple[Likelihood | None, float | None]:
     """The likelihood of the measurements that are no outliers, None if there are too many; and where it is greatest."""
     place: float | None = None
     measured = ~np.isnan(model.columns).all(axis=0)
-    most = MOST_SET_ASIDE * measured.sum()
     for turn in range(_ROUNDS):
         live = model.live()
         if not live.any():
@@ -186,12 +186,9 @@ def _believed(model: Likelihood) -> tuple[Likelihood | None, float | None]:
             typical /= _QUARTILE
             scale = np.maximum(np.where(np.isnan(typical), likely, typical), _LEAST_SHARE * likely)
             scale = np.minimum(scale, likely)
-        # What nothing can be said of yet, because too much before it was set aside, is judged once more.
-        unknown = model.used if turn >= _SECOND_CHANCES else np.ones_like(model.used)
-        used = _judged(unknown, distances, scale)
-        if turn == 0 and (~used).sum() > most:
-            used = _judged(unknown, distances, likely)
-        if (~used & measured).sum() > most:
+        used = _judged(model.used, distances, scale)
+        # At first, neighbours of outliers look like some.
+        if (~used & measured).mean() > (_MOST_AT_FIRST if turn < _FIRST else MOST_SET_ASIDE) * measured.mean():
             return None, None
         if (used == model.used).all():
             break

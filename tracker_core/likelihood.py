@@ -86,7 +86,7 @@ class Likelihood:
         found = np.zeros((len(indices), len(self.columns), _SUMS))
         for group in self.groups:
             own = np.zeros((len(indices), len(group), _SUMS))
-            columns = self.columns[list(group)]
+            columns = np.ascontiguousarray(self.columns[list(group)])
             kernels.profile(columns, self.used, self.steps, self.order, indices, self.silence, WARM, own)
             found[:, list(group)] = own
         return found
@@ -109,7 +109,7 @@ class Likelihood:
         sums = self.sums(np.exp(logs))[:, live]
         count = sums[..., _COUNT]
         terms = count * (np.log(2 * pi * sums[..., _SQUARES] / count) + 1) + sums[..., _LOGS]
-        return -terms.sum(axis=1) / 2
+        return np.nan_to_num(-terms.sum(axis=1) / 2, nan=-np.inf)
 
     def sensor_std(self, index: float) -> FloatArray:
         """The most likely standard deviation of the measurements for a tracking index, shape (n_axes,), m."""
@@ -117,16 +117,31 @@ class Likelihood:
         return np.sqrt(sums[:, _SQUARES] / sums[:, _COUNT])
 
     def deletions(self, index: float) -> FloatArray:
-        """How far each measurement is from what the others say, for unit sensor variance: shape (n_axes, n)."""
-        from tracker_core import kernels  # compiled code is loaded when the first likelihood is computed
+        """How far each measurement is from what the others say, for unit sensor variance: shape (n_axes, n).
 
-        found = np.empty(self.columns.shape)
-        for group in self.groups:
-            own = np.empty((len(group), len(self.steps)))
-            columns = self.columns[list(group)]
-            kernels.deletions(columns, self.used, self.steps, self.order, index, self.silence, own)
-            found[list(group)] = own
-        return found
+        One that is not believed and has fewer than `order` believed ones before it is judged with time reversed, which
+        makes no difference to the model where the intervals are alike, and hardly one elsewhere.
+        """
+        found = _deletions(self, index)
+        silent = np.isnan(found) & ~np.isnan(self.columns) & ~self.used
+        if not silent.any():
+            return found
+        steps = np.concatenate((self.steps[:1], self.steps[:0:-1]))
+        turned = replace(self, columns=self.columns[:, ::-1], steps=steps, used=self.used[::-1].copy())
+        return np.where(silent, _deletions(turned, index)[:, ::-1], found)
+
+
+def _deletions(model: Likelihood, index: float) -> FloatArray:
+    """The same as the kernel tells it: NaN for what is not believed and comes first."""
+    from tracker_core import kernels  # compiled code is loaded when the first likelihood is computed
+
+    found = np.empty(model.columns.shape)
+    for group in model.groups:
+        own = np.empty((len(group), len(model.steps)))
+        columns = np.ascontiguousarray(model.columns[list(group)])
+        kernels.deletions(columns, model.used, model.steps, model.order, index, model.silence, own)
+        found[list(group)] = own
+    return found
 
 
 def likelihood(measurements: Measurements, order: int, interval: float | None = None) -> Likelihood:

@@ -144,3 +144,49 @@ def stable_gains(gains_with_poles):
         return gains_with_poles(random_poles(order, draws, radius, np.random.default_rng(seed)))
 
     return gains
+
+
+def push_input(order, t):
+    """What a push adds to the state at the end of the time t that it acts for, or at which it comes."""
+    return {
+        2: np.array([t**2 / 2, t]), 3: np.array([t**2 / 2, t, 1.0]), 4: np.array([t**3 / 6, t**2 / 2, t, 1.0])
+    }[order] * math.sqrt(1 / t if order == 2 else t)  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def pushed_target():
+    """Measurements (n, axes) of targets on the model of an order; steps in the interval that the index belongs to."""
+
+    def measured(order, steps, tracking_index, std, draw, axes=1):
+        pushes, noise = draw.standard_normal((2, len(steps), axes))
+        state = 10 * draw.standard_normal((order, axes))
+        found = np.empty((len(steps), axes))
+        for i, t in enumerate(steps):
+            if i:
+                state = transition_matrix(order, t) @ state
+                state += np.outer(push_input(order, t), tracking_index * std * pushes[i])
+            found[i] = state[0] + std * noise[i]
+        return found
+
+    return measured
+
+
+@pytest.fixture(scope="session")
+def joint_density():
+    """Of measurements at given steps: M and C, if they are M x_0 plus normal errors with covariance C, unit noise."""
+
+    def matrices(order, steps, tracking_index):
+        n = len(steps)
+        flow = [np.eye(order)]
+        for t in steps[1:]:
+            flow.append(transition_matrix(order, t) @ flow[-1])
+        influence = np.zeros((n, n))
+        for j in range(1, n):
+            effect = tracking_index * push_input(order, steps[j])
+            for i in range(j, n):
+                if i > j:
+                    effect = transition_matrix(order, steps[i]) @ effect
+                influence[i, j] = effect[0]
+        return np.array([matrix[0] for matrix in flow]), np.eye(n) + influence @ influence.T
+
+    return matrices

@@ -14,6 +14,7 @@ from tracker_core.consistency import (
     average,
     chi_square_interval,
     chi_square_quantile,
+    chi_square_tail,
     error_squared,
     innovation_squared,
     model_covariance,
@@ -249,3 +250,25 @@ def test_reject_probability_is_the_tail_of_chi_square(axes, width):
 def test_a_gate_that_there_is_not_has_no_probability(width, axes):
     with pytest.raises(InputError):
         reject_probability(width, axes)
+
+
+@pytest.mark.parametrize("degrees", DEGREES)
+@pytest.mark.parametrize("share", [0, 0.1, 0.5, 1, 2, 5])
+def test_the_tail_keeps_its_digits(degrees, share):
+    value = share * degrees
+    expected = chi2.sf(value, degrees)
+    # Of a tail of 1e-300 the exponent takes some digits.
+    assert chi_square_tail(degrees, value) == pytest.approx(expected, rel=1e-9, abs=1e-300)
+
+
+@given(degrees=st.floats(1, 1000), probability=st.floats(1e-6, 1 - 1e-6))
+def test_tail_and_quantile_are_each_others_inverse(degrees, probability):
+    assert chi_square_tail(degrees, chi_square_quantile(degrees, probability)) == pytest.approx(
+        1 - probability, rel=1e-8
+    )
+
+
+@pytest.mark.parametrize(("degrees", "value"), [(0.5, 1), (3, -1), (3, math.nan), (3, math.inf)])
+def test_a_tail_that_there_is_not_is_refused(degrees, value):
+    with pytest.raises(InputError):
+        chi_square_tail(degrees, value)

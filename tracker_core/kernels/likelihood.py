@@ -194,6 +194,8 @@ def kalman(
             for r in range(STATES):
                 gain[i, r] = gain[i - 1, r]
         else:
+            # Rounding makes a variance negative where intervals differ by many powers of ten.
+            p[0, 0] = max(p[0, 0], 0.0)
             precision[i] = 1.0 / (p[0, 0] + 1.0)
             settled = seen > order and dt[i] == dt[i - 1]
             for r in range(STATES):
