@@ -124,7 +124,10 @@ def identify(
         InputError: for measurements that do not fit together, too few, or another order.
     """
     model = likelihood(measurements, order, interval)
-    kept, place = _believed(model) if robust else (model, None)
+    kept, place = _believed(model, by_median=True) if robust else (model, None)
+    if kept is None:
+        # The median of the distances says little of measurements in coarse steps, or of a target that often rests.
+        kept, place = _believed(model, by_median=False)
     crowded = kept is None
     return fitted(model if kept is None else kept, place, crowded=crowded)
 
@@ -168,8 +171,11 @@ def fitted(model: Likelihood, start: float | None = None, *, crowded: bool = Fal
     )
 
 
-def _believed(model: Likelihood) -> tuple[Likelihood | None, float | None]:
-    """The likelihood of the measurements that are no outliers, None if there are too many; and where it is greatest."""
+def _believed(model: Likelihood, *, by_median: bool) -> tuple[Likelihood | None, float | None]:
+    """The likelihood of the measurements that are no outliers, None if there are too many; and where it is greatest.
+
+    The first scale is the median of the distances, or the estimate.
+    """
     place: float | None = None
     measured = ~np.isnan(model.columns).all(axis=0)
     for turn in range(_ROUNDS):
@@ -181,16 +187,18 @@ def _believed(model: Likelihood) -> tuple[Likelihood | None, float | None]:
         distances = np.abs(model.deletions(_index(place)))
         likely = np.maximum(np.where(live, model.sensor_std(_index(place)), 0.0), model.rounding)
         scale = likely
-        if turn == 0:
+        if turn == 0 and by_median:
             typical = np.array([np.median(row[~np.isnan(row)]) if (~np.isnan(row)).any() else nan for row in distances])
             typical /= _QUARTILE
             scale = np.maximum(np.where(np.isnan(typical), likely, typical), _LEAST_SHARE * likely)
             scale = np.minimum(scale, likely)
         used = _judged(model.used, distances, scale)
+        settled = bool((used == model.used).all())
         # At first, neighbours of outliers look like some.
-        if (~used & measured).mean() > (_MOST_AT_FIRST if turn < _FIRST else MOST_SET_ASIDE) * measured.mean():
+        most = _MOST_AT_FIRST if turn < _FIRST and not settled else MOST_SET_ASIDE
+        if (~used & measured).sum() > most * measured.sum():
             return None, None
-        if (used == model.used).all():
+        if settled:
             break
         model = model.believing(used)
     return model, place

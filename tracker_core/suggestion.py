@@ -180,7 +180,7 @@ def _of_the_samples(chosen: Identified, measurements: Measurements) -> tuple[str
     if chosen.crowded:
         found.append(
             f"More than {MOST_SET_ASIDE:.0%} of the samples look like outliers of the others: none was set aside, and "
-            "neither estimate is to be trusted far."
+            "the estimates are not to be trusted far."
         )
     if chosen.samples < total:
         found.append(f"Estimated from {chosen.samples:,} of the {total:,} samples, in blocks spread evenly over them.")

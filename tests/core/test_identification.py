@@ -8,9 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from tracker_core import SCENARIOS, Experiment, Gains, InputError, Measurements, run_experiment, run_filter
+from tracker_core import (
+    SCENARIOS,
+    Experiment,
+    Gains,
+    InputError,
+    Measurements,
+    identification,
+    run_experiment,
+    run_filter,
+)
 from tracker_core.design.kalata import TRACKING_INDEX
-from tracker_core.identification import MOST_SET_ASIDE, identify, measured_std
+from tracker_core.identification import identify, measured_std
 from tracker_core.likelihood import LOWEST, MOST_SAMPLES, likelihood
 from tracker_core.optimal import optimal_gains
 
@@ -176,15 +185,24 @@ def test_wrong_measurements_side_by_side_are_found(pushed_target):
     assert np.flatnonzero(found.set_aside).tolist() == [100, 101, 102]
 
 
-def test_where_very_many_look_wrong_none_is_set_aside(pushed_target):
+def test_measurements_in_coarse_steps_are_no_outliers():
+    t = np.arange(600.0)
     draw = np.random.default_rng(3)
-    z = pushed_target(2, np.ones(600), 0.1, 1.0, draw)
-    bad = draw.random(600) < 0.35
-    z[bad] += 1000 * draw.standard_normal((bad.sum(), 1))
-    found = identify(recorded(z), 2)
+    z = np.c_[10 * t + draw.normal(0, 3, 600), np.clip(3 * t, 0, 900)]
+    found = identify(recorded(7.62 * np.round(z / 7.62)), 2)
+    assert not found.crowded
+    assert found.rejected == 0
+
+
+def test_where_too_many_look_wrong_none_is_set_aside(pushed_target, monkeypatch):
+    z = pushed_target(2, np.ones(600), 0.1, 1.0, np.random.default_rng(3))
+    z[::25] += 100
+    assert identify(recorded(z), 2).rejected == 24
+    monkeypatch.setattr(identification, "MOST_SET_ASIDE", 23 / 600)
+    found, fooled = identify(recorded(z), 2), identify(recorded(z), 2, robust=False)
     assert found.crowded
     assert found.rejected == 0
-    assert bad.mean() > MOST_SET_ASIDE
+    assert (found.sensor_std, found.tracking_index) == (fooled.sensor_std, fooled.tracking_index)
 
 
 # The ends of what can be told --------------------------------------------------------------------------------------
