@@ -25,6 +25,9 @@ CARDS = {
 
 EVIDENCE_CARDS = {name: metric.title for name, metric in EVIDENCE.items()}
 
+UNDIRECTED = ("nis", "smoothness", "rejected")
+"""Figures of which less is not better: as much as the model says, as the target moves, as there are outliers."""
+
 WITHOUT_TRUTH = (
     "Nobody knows where this target really was: errors, noise reduction and lag need a truth. "
     "This is what the measurements themselves say of the filter."
@@ -54,5 +57,6 @@ def cards(result: Result, settings: Settings) -> dict[str, list[str]]:
     shown = {}
     for name in names:
         change, tone = change_text(metrics[name], values[name], pinned[name]) if pinned else ("", "")
+        tone = "same" if name in UNDIRECTED else tone
         shown[name] = [metric_text(metrics[name], values[name]), change, tone]
     return shown

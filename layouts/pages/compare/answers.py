@@ -10,6 +10,7 @@ from layouts.figures import comparison
 from layouts.filter_card import SLIDERS
 from layouts.pinned import Candidate, candidates, errors_of, evidence_of, reference_of
 from layouts.rules import design_title
+from layouts.run_cards import UNDIRECTED
 from layouts.shown import Shown
 from layouts.text import change_text, metric_text, significant
 from tracker_core import METRICS, STARTS, Experiment
@@ -40,9 +41,6 @@ OWN_GATES = (
     "What a filter's own gate refused does not count among its innovations: filters with different gates are not "
     "judged by the same measurements."
 )
-
-UNDIRECTED = ("nis", "smoothness", "rejected")
-"""Figures of which less is not better: as much as the model says, as the target moves, as there are outliers."""
 
 
 def report(shown: Shown) -> dict[str, Any]:
