@@ -8,9 +8,7 @@ import re
 from collections.abc import Sequence
 from typing import Any, NoReturn, Protocol
 
-from tracker_core.conventions import Gains
 from tracker_core.fields import FIELDS
-from tracker_core.types import GAIN_NAMES
 
 
 class Commands(Protocol):
@@ -44,12 +42,6 @@ def add_field(parser: argparse.ArgumentParser, name: str) -> None:
 def given(options: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
     """The flags of some names that were given."""
     return {name: getattr(options, name) for name in names if getattr(options, name) is not None}
-
-
-def gains_dict(gains: Gains) -> dict[str, Any]:
-    """Convention and gains by name; null for those above the order."""
-    padded = [*gains.values, *[None] * (4 - gains.order)]
-    return {"convention": gains.convention, **dict(zip(GAIN_NAMES, padded, strict=True))}
 
 
 def complex_pairs(roots: Sequence[complex]) -> list[list[float]]:

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from tracker_core.checks import InputError
-from tracker_core.commands.base import Commands, add_field, gains_dict, given, print_json
+from tracker_core.commands.base import Commands, add_field, given, print_json
 from tracker_core.experiment import Experiment
-from tracker_core.exports import track_columns, write_track
+from tracker_core.exports import run_summary, track_columns, write_track
 from tracker_core.fields import FIELDS
 from tracker_core.metrics import METRICS
 from tracker_core.run import Result, run_experiment
@@ -53,35 +53,6 @@ def experiment_file(path: str | None) -> dict[str, Any]:
     if not isinstance(values, dict):
         raise InputError("experiment", "must be a JSON object", values)
     return values
-
-
-def run_summary(result: Result) -> dict[str, Any]:
-    """The result of a run as plain data.
-
-    Keys: experiment, gains (convention, alpha ... eta), stable, spectral_radius, metrics, axes (metrics by axis name),
-    missing, stopped_at (sample number counted from 1, or null), method (null for constant gains, else hindsight,
-    found, unstable_share).
-    """
-    stop = result.track.stopped_at
-    return {
-        "experiment": result.experiment.to_dict(),
-        "gains": gains_dict(result.gains),
-        "stable": result.verdict.stable,
-        "spectral_radius": result.verdict.spectral_radius,
-        "metrics": result.metrics.to_dict(),
-        "axes": {
-            axis: metrics.to_dict() for axis, metrics in zip(result.scenario.axes, result.axis_metrics(), strict=True)
-        },
-        "missing": result.track.missing,
-        "stopped_at": None if stop is None else stop + 1,
-        "method": None
-        if result.selection is None
-        else {
-            "hindsight": result.experiment.hindsight or None,
-            "found": {name: list(values) for name, values in result.selection.found.items()},
-            "unstable_share": result.unstable_share(),
-        },
-    }
 
 
 def _print_run(result: Result) -> None:
