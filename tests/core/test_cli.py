@@ -12,8 +12,7 @@ import pytest
 
 from tracker_core import CONVENTIONS, DESIGNS, METRICS, Experiment, Gains, assess, run_experiment
 from tracker_core.__main__ import main
-from tracker_core.commands.run import run_summary
-from tracker_core.exports import track_columns
+from tracker_core.exports import run_summary, track_columns
 from tracker_core.fields import FIELDS
 from tracker_core.merits import merits
 from tracker_core.poles import damping_class
@@ -62,7 +61,7 @@ RUN_KEYS = [
     "evidence",
     "axes",
     "missing",
-    "refused",
+    "rejected",
     "stopped_at",
     "found",
     "method",
@@ -80,7 +79,7 @@ def test_run_prints_one_json_object(answer):
     assert list(summary["metrics"]) == list(METRICS)
     assert list(summary["axes"]) == ["x", "y"]
     assert [list(metrics) for metrics in summary["axes"].values()] == [list(METRICS)] * 2
-    assert (summary["stable"], summary["missing"], summary["stopped_at"]) == (True, 0, None)
+    assert (summary["stable"], summary["missing"], summary["rejected"], summary["stopped_at"]) == (True, 0, None, None)
 
 
 def test_run_counts_the_sample_it_stopped_at_from_one(answer):

@@ -10,11 +10,9 @@ from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
 from tracker_core.checks import InputError
-from tracker_core.conventions import Gains
 from tracker_core.fields import FIELDS
 from tracker_core.measured import SHELF, File, clean_name
 from tracker_core.recordings.bounds import MOST_BYTES
-from tracker_core.types import GAIN_NAMES
 
 
 class Commands(Protocol):
@@ -99,12 +97,6 @@ def experiment_file(path: str | None) -> dict[str, Any]:
     if not isinstance(values, dict):
         raise InputError("experiment", "must be a JSON object", values)
     return values
-
-
-def gains_dict(gains: Gains) -> dict[str, Any]:
-    """Convention and gains by name; null for those above the order."""
-    padded = [*gains.values, *[None] * (4 - gains.order)]
-    return {"convention": gains.convention, **dict(zip(GAIN_NAMES, padded, strict=True))}
 
 
 def complex_pairs(roots: Sequence[complex]) -> list[list[float]]:

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
-from tracker_core.commands.base import Commands, add_experiment, experiment_values, gains_dict, print_json
+from tracker_core.commands.base import Commands, add_experiment, experiment_values, print_json
 from tracker_core.experiment import Experiment
-from tracker_core.exports import track_columns, write_track
+from tracker_core.exports import found_in, run_summary, track_columns, write_track
 from tracker_core.innovations import EVIDENCE
-from tracker_core.measured import recorded
 from tracker_core.metrics import METRICS
 from tracker_core.recordings import KINDS
 from tracker_core.run import Result, run_experiment
@@ -33,46 +31,6 @@ def _run(options: argparse.Namespace) -> None:
         with Path(options.out).open("w", encoding="utf-8", newline="") as stream:
             write_track(result, stream)
     print_json(run_summary(result)) if options.json else _print_run(result)
-
-
-def run_summary(result: Result) -> dict[str, Any]:
-    """The result of a run as plain data.
-
-    Keys: experiment, gains (convention, alpha ... eta), stable, spectral_radius, metrics, evidence (what the
-    innovations say, by name), axes (metrics by axis name), missing, refused (samples that the gate did not believe;
-    null without one), stopped_at (sample number counted from 1, or null), found (in the file, counts by kind; null for
-    a simulated target), method (null for constant gains, else hindsight, found, unstable_share).
-    """
-    stop, refused = result.track.stopped_at, result.track.rejected
-    return {
-        "experiment": result.experiment.to_dict(),
-        "gains": gains_dict(result.gains),
-        "stable": result.verdict.stable,
-        "spectral_radius": result.verdict.spectral_radius,
-        "metrics": result.metrics.to_dict(),
-        "evidence": result.evidence().to_dict(),
-        "axes": {
-            axis: metrics.to_dict() for axis, metrics in zip(result.scenario.axes, result.axis_metrics(), strict=True)
-        },
-        "missing": result.track.missing,
-        "refused": None if refused is None else int(refused.sum()),
-        "stopped_at": None if stop is None else stop + 1,
-        "found": found_in(result.experiment),
-        "method": None
-        if result.selection is None
-        else {
-            "hindsight": result.experiment.hindsight or None,
-            "found": {name: list(values) for name, values in result.selection.found.items()},
-            "unstable_share": result.unstable_share(),
-        },
-    }
-
-
-def found_in(experiment: Experiment) -> dict[str, int] | None:
-    """What was found in the file that was read, counts by kind of finding; None for a simulated target."""
-    if experiment.data is None or experiment.reading is None:
-        return None
-    return dict(recorded(experiment.data, experiment.reading).counts)
 
 
 def _print_run(result: Result) -> None:

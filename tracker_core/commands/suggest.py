@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from tracker_core.commands.base import Commands, add_experiment, experiment_values, gains_dict, print_json
+from tracker_core.commands.base import Commands, add_experiment, experiment_values, print_json
 from tracker_core.experiment import Experiment
+from tracker_core.exports import gains_dict
 from tracker_core.identification import Identified
 from tracker_core.run import observe, suited
 from tracker_core.suggestion import Suggestion, suggest

@@ -80,12 +80,11 @@ class TunedFilter:
         return self.gains.order if self.growing else STARTS[self.start].points
 
 
-def tuned_filter(result: Result, *, gate: Gate | None = None, title: str = "", origin: str = "") -> TunedFilter:
+def tuned_filter(result: Result, *, title: str = "", origin: str = "") -> TunedFilter:
     """The filter of an experiment.
 
     Args:
         result: its run.
-        gate: that the filter is to have.
         title, origin: any text; see TunedFilter.
 
     Raises:
@@ -95,7 +94,7 @@ def tuned_filter(result: Result, *, gate: Gate | None = None, title: str = "", o
         raise InputError("design", "must be one with constant gains to be exported", result.experiment.design)
     return describe(
         result.measurements, result.gains, start=result.experiment.start, initial_state=known_state(result.experiment),
-        limit=result.track.limit, gate=gate, axes=result.scenario.axes, title=title or result.scenario.title,
+        limit=result.track.limit, gate=result.gate, axes=result.scenario.axes, title=title or result.scenario.title,
         origin=origin,
     )  # fmt: skip
 
