@@ -207,6 +207,19 @@ def test_what_the_own_filter_refuses_is_left_out_for_all(monkeypatch):
         assert found["estimation"].rmse[0, 0] == pytest.approx(alone.estimation_rmse, rel=1e-11)
 
 
+@pytest.mark.parametrize("name", FILES)
+def test_the_present_filter_has_the_figures_of_its_own_gated_run(name):
+    one = experiment(name, gate=5.0)
+    result = run_experiment(one)
+    assert result.track.rejected[50]
+    names = tuple(objective for objective in objectives_of(one) if objective in result.metrics.to_dict())
+    first, *others = names
+    outcome = last(Sweep(one, "xi", (0.5, 0.6), first, beside=tuple(others)))
+    for row, objective in enumerate(names):
+        # Innovations that were refused do not count; errors against the truth count there too.
+        assert outcome.scores[row, 0, 1] == pytest.approx(getattr(result.metrics, objective), rel=1e-11)
+
+
 def test_every_run_is_gated_by_itself(monkeypatch):
     """In every run of a target that is drawn, with the noise of that run."""
     fake_gate(monkeypatch, lambda _, measured: np.abs(measured.positions[:, 0] - measured.positions[:, 1]) % 7 < 1)
