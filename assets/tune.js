@@ -44,7 +44,11 @@
     present = detail.answer.present;
     // Where nobody knows the truth there is nothing to switch back to; the note above the study says so.
     const knowing = document.getElementById("tune-without_truth");
-    if (knowing) knowing.disabled = detail.answer.blind;
+    if (knowing) {
+      knowing.disabled = detail.answer.blind;
+      if (detail.answer.blind) knowing.setAttribute("aria-describedby", "tune-data-note");
+      else knowing.removeAttribute("aria-describedby");
+    }
     movePresent(document.querySelector(`#${PLOT} .js-plotly-plot`), "lines" in detail.answer);
   });
 

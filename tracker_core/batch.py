@@ -100,7 +100,7 @@ def errors_of_runs(
     """
     chosen = tuple(check_choice("kinds", kind, KINDS) for kind in kinds)
     groups = _groups(gains)
-    positions, truth = _check_runs(runs, chosen)
+    positions, truth, whole = _check_runs(runs, chosen)
     states = _check_states(start, initial_state, positions.shape[0], positions.shape[2], groups)
     batch = Batch(
         groups=groups,
@@ -114,8 +114,7 @@ def errors_of_runs(
         figures=tuple(check_choice("figures", figure, FIGURES) for figure in figures),
     )
     dt = _intervals(runs, positions.shape[1])
-    even = len(dt) == 1 and not np.isnan(truth).any()
-    found = batch.errors() if even else sequential_errors(batch, dt)
+    found = batch.errors() if whole and len(dt) == 1 else sequential_errors(batch, dt)
     return {kind: Errors(errors) for kind, errors in found.items()}
 
 
@@ -166,26 +165,33 @@ def _groups(gains: FloatArray | Sequence[FloatArray]) -> list[Group]:
     return [Group(np.array(some), np.array([sets[i] for i in some])) for some in rows.values() if some]
 
 
-def _check_runs(runs: Runs, kinds: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-    """Positions and truth, contiguous; zeros where nobody knows the truth, NaN where only some of it is known."""
+def _check_runs(runs: Runs, kinds: tuple[str, ...]) -> tuple[FloatArray, FloatArray, bool]:
+    """Positions and truth, contiguous, and whether the truth is whole: zeros where nobody knows it, NaN for parts."""
     positions = np.require(runs.positions, np.float64, ["C", "W"])
     if positions.ndim != 3 or not positions.size:
         raise InputError("positions", "must have shape (n_runs, n_samples, n_axes)", positions.shape)
-    with np.errstate(over="ignore", invalid="ignore"):
-        total = positions.sum()
-    if not np.isfinite(total) and np.isinf(positions).any():
+    if _odd(positions)[1]:
         raise InputError("positions", "must be finite or NaN", "an infinite number")
     one = (1, *positions.shape[1:])
-    if runs.truth is None or np.isnan(runs.truth).all():
+    truth = np.full(one, np.nan) if runs.truth is None else np.require(runs.truth, np.float64, ["C", "W"])
+    missing, infinite = _odd(truth)
+    if missing and np.isnan(truth).all():
         if kinds != ("innovation",):
             raise InputError("kinds", "must be innovation alone where the truth is not known", ", ".join(kinds))
-        return positions, np.zeros(one)
-    truth = np.require(runs.truth, np.float64, ["C", "W"])
+        return positions, np.zeros(one), True
     if truth.shape not in {positions.shape, one}:
         raise InputError("truth", f"must have shape {one} or {positions.shape}", truth.shape)
-    if np.isinf(truth).any():
+    if infinite:
         raise InputError("truth", "must be finite, or NaN where nobody knows it", "an infinite number")
-    return positions, truth
+    return positions, truth, not missing
+
+
+def _odd(values: FloatArray) -> tuple[bool, bool]:
+    """Whether some values are missing, and whether some are infinite; one look at them tells that none is."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        if np.isfinite(values.sum()):
+            return False, False
+    return bool(np.isnan(values).any()), bool(np.isinf(values).any())
 
 
 def _intervals(runs: Runs, samples: int) -> FloatArray:

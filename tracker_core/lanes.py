@@ -48,7 +48,7 @@ class Batch:
     Attributes:
         groups: the gain sets.
         positions: shape (r, n_samples, n_axes), contiguous; NaN where a measurement is missing.
-        truth: shape (1 or r, n_samples, n_axes), contiguous.
+        truth: shape (1 or r, n_samples, n_axes), contiguous; side by side all of it must be known.
         interval: s.
         start: a name in STARTS.
         states: shape (r, n_axes, greatest order), before the first sample; None but for the start "known".

@@ -137,10 +137,7 @@ def _observe(
     if manoeuvre_std is not None:
         pushed = truth.states + wander(manoeuvre, samples, axes, interval, manoeuvre_std, seed)
         truth = Truth(times, pushed)
-    if noise_std is not None:
-        std = noise_std * axes if len(noise_std) == 1 else noise_std
-    else:
-        std = std_from_snr(truth.positions, snr or 0.0, decibel=noise_level == "snr-decibel")
+    std = _std_of(truth.positions, noise_level, noise_std, snr)
     if noise == "recorded" and scenario.recording is not None:
         positions = np.array(scenario.recording.positions[:samples])
     else:
@@ -152,6 +149,15 @@ def _observe(
         array.setflags(write=False)
     constant = scenario.recording is None or scenario.recording.times is None
     return truth, Measurements(truth.times, positions, interval if constant else None), std
+
+
+def _std_of(
+    positions: FloatArray, noise_level: str, noise_std: tuple[float, ...] | None, snr: float | None
+) -> tuple[float, ...]:
+    """Standard deviation of the measurement error per axis; the true positions (n, axes) matter for a ratio."""
+    if noise_std is None:
+        return std_from_snr(positions, snr or 0.0, decibel=noise_level == "snr-decibel")
+    return noise_std * positions.shape[1] if len(noise_std) == 1 else noise_std
 
 
 @lru_cache(maxsize=8)
@@ -199,13 +205,18 @@ def believed_runs(experiment: Experiment, seeds: Sequence[int]) -> Runs:
     runs = observe_runs(experiment, seeds)
     if experiment.gate is None:
         return runs
+    _, measured, _ = observe(experiment)
     gains, positions = experiment.gains(), runs.positions.copy()
     states = known_states(experiment, seeds, experiment.order)
-    for row, seed in enumerate(seeds):
+    gates: dict[tuple[float, ...], Gate | None] = {}
+    for row, seen in enumerate(runs.positions):
+        true = seen if runs.truth is None else runs.truth[min(row, len(runs.truth) - 1)]
         # A ratio of signal to noise may give every target a noise of its own.
-        _, measured, noise_std = observe(replace(experiment, seed=seed), remember=False)
+        std = _std_of(true, experiment.noise_level, experiment.noise_std, experiment.snr)
+        if std not in gates:
+            gates[std] = gate_of(experiment, gains, std)
         track = run_filter(
-            measured, gains, start=experiment.start, gate=gate_of(experiment, gains, noise_std),
+            replace(measured, positions=seen), gains, start=experiment.start, gate=gates[std],
             initial_state=states if states is None or states.ndim == 2 else states[row],
         )  # fmt: skip
         if track.rejected is not None:

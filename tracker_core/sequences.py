@@ -29,10 +29,12 @@ def sequential_errors(batch: Batch, dt: FloatArray) -> dict[str, dict[str, Float
         truth = np.array(batch.truth[min(run, len(batch.truth) - 1)].T, order="C")
         for group in batch.groups:
             given = None if batch.states is None else np.array(batch.states[run, :, : group.order])
-            for rows, gains, start in _alike(batch, group, z, dt, given):
+            parts = []
+            for gains, start in _alike(batch.start, group, z, dt, given):
                 sums = np.empty((3, 4, len(gains)))
                 kernels.track_errors(z, truth, dt, gains, *start, batch.limit, sums)
-                write(found, rows, run, sums[..., None])
+                parts.append(sums)
+            write(found, group.rows, run, np.concatenate(parts, axis=2)[..., None])
     return found
 
 
@@ -41,16 +43,15 @@ _Start = tuple[FloatArray, IntArray, FloatArray, FloatArray]
 
 
 def _alike(
-    batch: Batch, group: Group, z: FloatArray, dt: FloatArray, given: FloatArray | None
-) -> Iterator[tuple[IntArray, FloatArray, _Start]]:
+    start: str, group: Group, z: FloatArray, dt: FloatArray, given: FloatArray | None
+) -> Iterator[tuple[FloatArray, _Start]]:
     """Gain sets that start alike: all, but for an expanding memory, which ends at each one's own gain."""
     padded = np.zeros((len(group.gains), ORDERS[-1]))
     padded[:, : group.order] = group.gains
     room = np.empty((2, *z.shape, group.order))
-    together = 1 if batch.start == "expanding" else len(padded)
+    together = 1 if start == "expanding" else len(padded)
     for first in range(0, len(padded), together):
-        some = slice(first, first + together)
-        yield group.rows[some], padded[some], _begin(batch.start, z, dt, group.gains[first], given, *room)
+        yield padded[first : first + together], _begin(start, z, dt, group.gains[first], given, *room)
 
 
 def _begin(

@@ -207,10 +207,24 @@ def test_what_the_own_filter_refuses_is_left_out_for_all(monkeypatch):
         assert found["estimation"].rmse[0, 0] == pytest.approx(alone.estimation_rmse, rel=1e-11)
 
 
+@pytest.mark.parametrize("name", FILES)
+def test_the_present_filter_has_the_figures_of_its_own_gated_run(name):
+    one = experiment(name, gate=5.0)
+    result = run_experiment(one)
+    assert result.track.rejected[50]
+    names = tuple(objective for objective in objectives_of(one) if objective in result.metrics.to_dict())
+    first, *others = names
+    outcome = last(Sweep(one, "xi", (0.5, 0.6), first, beside=tuple(others)))
+    for row, objective in enumerate(names):
+        # Innovations that were refused do not count; errors against the truth count there too.
+        assert outcome.scores[row, 0, 1] == pytest.approx(getattr(result.metrics, objective), rel=1e-11)
+
+
 def test_every_run_is_gated_by_itself(monkeypatch):
     """In every run of a target that is drawn, with the noise of that run."""
     fake_gate(monkeypatch, lambda _, measured: np.abs(measured.positions[:, 0] - measured.positions[:, 1]) % 7 < 1)
-    drawn = Experiment.from_dict({"scenario": "singer", "samples": 40, "order": 2, "xi": 0.6, "gate": 4, "seed": 5})
+    values = {"scenario": "singer", "samples": 40, "order": 2, "xi": 0.6, "gate": 4, "seed": 5}
+    drawn = Experiment.from_dict(values)
     runs, raw = believed_runs(drawn, [5, 6, 7]), observe_runs(drawn, [5, 6, 7])
     assert len({np.isnan(run).sum() for run in runs.positions}) > 1
     for row, seed in enumerate([5, 6, 7]):
@@ -218,6 +232,17 @@ def test_every_run_is_gated_by_itself(monkeypatch):
         gone = result.track.rejected
         assert np.isnan(runs.positions[row, gone]).all()
         np.testing.assert_array_equal(runs.positions[row, ~gone], raw.positions[row, ~gone])
+
+
+def test_a_ratio_of_signal_to_noise_gives_every_target_a_gate_of_its_own():
+    values = {"scenario": "singer", "noise_level": "snr-decibel", "snr": 40, "start": "known"}
+    drawn = Experiment.from_dict(values | {"samples": 60, "order": 2, "xi": 0.6, "gate": 2, "seed": 5})
+    runs = believed_runs(drawn, [5, 6, 7])
+    for row, seed in enumerate([5, 6, 7]):
+        result = run_experiment(replace(drawn, seed=seed))
+        assert result.track.rejected.any()
+        np.testing.assert_array_equal(np.isnan(runs.positions[row]).all(axis=1), result.track.rejected)
+    assert len({run_experiment(replace(drawn, seed=seed)).gate for seed in (5, 6, 7)}) == 3
 
 
 def test_filters_with_gates_are_compared_each_with_its_own(monkeypatch):

@@ -119,7 +119,8 @@ class Map:
     """Two gains varied over the stable part of their plane, through the other gains of the experiment.
 
     Attributes:
-        experiment: what is run, with its seed and the ones after it; one with constant gains.
+        experiment: what is run, with its seed and the ones after it; one with constant gains. What its own filter's
+            gate refuses is left out.
         plane: names of the horizontal and the vertical gain, of `region.PLANES`.
         objective: a name in OBJECTIVES; where nobody knows the truth, one of the innovation.
         columns, rows: cells along each, 2 to 200.

@@ -25,8 +25,8 @@ from tracker_core.types import FloatArray, IntArray
 RUNS = Domain(2, 1_000_000, whole=True)
 FILTERS = Domain(1, 7, whole=True)
 
-METHOD_STEPS = 500
-"""A filter whose gains are chosen as it runs counts as this many."""
+METHOD_STEPS, GATE_STEPS = 500, 80
+"""A filter whose gains are chosen as it runs counts as this many, and one with a gate."""
 
 STREAM_STEPS, VALUE_STEPS = 8_000, 3
 """Filter steps that take as long as it does to begin the noise of an axis, and to draw a value of it."""
@@ -189,7 +189,7 @@ class MonteCarlo:
 
     def _steps(self, runs: int) -> int:
         first = self.experiments[0]
-        weights = sum(1 if experiment.method is None else METHOD_STEPS for experiment in self.experiments)
+        weights = sum(map(_weight, self.experiments))
         drawn = steps_of(first) * VALUE_STEPS + steps_of(first) // first.samples * STREAM_STEPS
         return runs * (weights * steps_of(first) + drawn)
 
@@ -204,6 +204,13 @@ class MonteCarlo:
             stopped, runs = stopped + halted, runs + count
             comparison = Comparison(len(self.experiments), runs, stopped, so_far)
             yield Progress(self._steps(runs), self._steps(self.runs), comparison)
+
+
+def _weight(experiment: Experiment) -> int:
+    """How many filters side by side take as long."""
+    if experiment.method is not None:
+        return METHOD_STEPS
+    return 1 if experiment.gate is None else GATE_STEPS
 
 
 def _compared(experiments: tuple[Experiment, ...], seeds: range) -> tuple[Moments, IntArray, int]:

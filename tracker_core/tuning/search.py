@@ -101,7 +101,8 @@ class Search:
     """The search for the best constant gains of an order.
 
     Attributes:
-        experiment: target, sensor, start, order, and the seed and the ones after it; its own gains do not matter.
+        experiment: target, sensor, start, order, and the seed and the ones after it; its own gains do not matter, but
+            where it has a gate: what that refuses with them is left out.
         objective: a name in OBJECTIVES; where nobody knows the truth, one of the innovation.
         runs: 1 to 1,000, as many again for the comparison; one is taken where nothing is left to chance.
         weight: of the noise in the objective that weighs it against the lag.

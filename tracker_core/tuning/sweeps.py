@@ -260,7 +260,7 @@ class Sweep:
     """A parameter varied.
 
     Attributes:
-        experiment: what is run, with its seed and the ones after it.
+        experiment: what is run, with its seed and the ones after it; what its own filter's gate refuses is left out.
         parameter: a name in PARAMETERS that it offers.
         values: of it, increasing, 2 to 1,001.
         objective: a name in OBJECTIVES; where nobody knows the truth, one of the innovation.
