@@ -13,10 +13,11 @@ from layouts.figures.common import coordinates
 from layouts.figures.comparison import errors_of
 from layouts.pages.compare import study as compare_study
 from layouts.pages.compare.answers import DESK as COMPARE
-from layouts.pages.compare.answers import NEEDS_TRUTH, ONE_RUN, OWN_GATES, UNDIRECTED
+from layouts.pages.compare.answers import NEEDS_TRUTH, ONE_RUN, OWN_GATES
 from layouts.pages.tune import content as tune_content
 from layouts.pages.tune.answers import DESK as TUNE
 from layouts.pages.tune.content import PLOT
+from layouts.run_cards import UNDIRECTED
 from layouts.state import Settings, from_query, to_query
 from layouts.tuning import STUDIES
 from tracker_core import METRICS, InputError, run_experiment
