@@ -20,6 +20,9 @@ from tracker_core.region import PLANES, nearest_stable
 from tracker_core.types import GAIN_NAMES, STATE_NAMES
 
 NEARLY = 0.999
+MANY_REFUSED = 0.1
+"""A gate that refuses a greater share of the samples refuses right ones."""
+
 LEAST_DISTANCE = 0.01
 """A distance from the optimum of fewer percent is none."""
 
@@ -83,6 +86,13 @@ def status_text(result: Result, settings: Settings) -> tuple[str, str]:
         text = f"Gains at {where}: {text[0].lower()}{text[1:]}"
         if share:
             text += f" {significant(100 * share, 2)} % of all corrections use gains that would be unstable if held."
+    refused = 0.0 if result.track.rejected is None else float(result.track.rejected.mean())
+    if refused > MANY_REFUSED:
+        tone = "bad"
+        text += (
+            f" The gate refuses {significant(100 * refused, 2)} % of the samples: it is too narrow, σ too small, or the "
+            "filter too slow for this target."
+        )
     if result.measurements.interval is None:
         text += " That is so at a constant interval; here it varies."
     return (tone, text) if result.track.stopped_at is None else ("bad", f"{text} {_stop_text(result)}")

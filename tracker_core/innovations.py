@@ -124,10 +124,9 @@ def examine(
     Raises:
         InputError: for numbers outside their domains.
     """
-    refused = getattr(track, "rejected", None)
     samples, count = track.innovation.shape
-    rejected: BoolArray = np.zeros(samples, dtype=bool) if refused is None else refused
-    innovation = np.where(rejected[:, None], np.nan, track.innovation)
+    rejected: BoolArray = np.zeros(samples, dtype=bool) if track.rejected is None else track.rejected
+    innovation = track.believed
     late = innovation[_settled(gains, samples) if skip is None else int(SKIP.check("skip", skip)) :]
     lags = None if lags is None else int(LAGS.check("lags", lags))
     normalised = _normalised(late, gains, sensor_std, tracking_index)

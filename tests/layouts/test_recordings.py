@@ -1,5 +1,6 @@
 """The pages on a recording: what they show where nobody knows the truth, and links whose file is gone."""
 
+import re
 from urllib.parse import parse_qsl
 
 import numpy as np
@@ -203,3 +204,11 @@ def test_the_scene_takes_a_run_without_a_truth(files):
         seen = picture(Shown(result, settings, "light", {}))
         assert np.isnan(seen.truth).all() == (name != "known")
         assert seen.thinned().series["observed"].shape == (120, 1 if name == "one" else 2)
+
+
+def test_a_gate_that_refuses_right_measurements_is_told(files):
+    _, rest = ask(EXPLORE, "scenario=jeong-ship&xi=0.8&gate=4")
+    assert rest["tone"] == "bad"
+    assert re.search(r"The gate refuses \d+ % of the samples", rest["texts"]["status"])
+    _, rest = ask(EXPLORE, f"data={files['constant']}&xi=0.6&gate=6")
+    assert (rest["tone"], "refuses" in rest["texts"]["status"]) == ("good", False)

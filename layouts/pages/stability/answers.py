@@ -146,10 +146,7 @@ def _consistency(result: Result) -> list[Component]:
     stds = np.array(result.noise_std)
     # What the start has left behind is none of the model's.
     steady = slice(int(settling), None)
-    innovation = result.track.innovation.copy()
-    if result.track.rejected is not None:
-        innovation[result.track.rejected] = np.nan
-    nis = average(innovation_squared(innovation[steady] / stds, model.innovation).sum(axis=1), axes)
+    nis = average(innovation_squared(result.track.believed[steady] / stds, model.innovation).sum(axis=1), axes)
     errors = (result.track.smoothed - result.truth.states[:, :, :order]) * experiment.interval ** np.arange(order)
     nees = average(error_squared(errors[steady] / stds[:, None], model.smoothed).ravel(), order)
     if not nis.count:
