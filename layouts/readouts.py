@@ -90,8 +90,8 @@ def status_text(result: Result, settings: Settings) -> tuple[str, str]:
     if refused > MANY_REFUSED:
         tone = "bad"
         text += (
-            f" The gate refuses {significant(100 * refused, 2)} % of the samples: it is too narrow, σ too small, or the "
-            "filter too slow for this target."
+            f" The gate refuses {significant(100 * refused, 2)} % of the samples: it is too narrow, σ too small, "
+            "or the filter too slow for this target."
         )
     if result.measurements.interval is None:
         text += " That is so at a constant interval; here it varies."
