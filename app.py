@@ -29,7 +29,7 @@ from fastapi.responses import JSONResponse
 from layouts import shell
 from layouts.files import Store
 from layouts.incoming import MEGABYTE
-from layouts.pages import compare, explore, papers, stability, track, tune
+from layouts.pages import compare, data, explore, papers, stability, track, tune
 from layouts.scenes import Scenes
 from layouts.services import Services
 from layouts.studies import Studies
@@ -38,13 +38,14 @@ from tracker_core import DESIGNS, Experiment, run_experiment
 from tracker_core.batch import errors_of_runs
 from tracker_core.checks import Domain, InputError
 from tracker_core.measured import look_in
-from tracker_core.run import observe_runs
+from tracker_core.run import observe, observe_runs
 from tracker_core.starts import STARTS
+from tracker_core.suggestion import suggest
 from tracker_core.tuning.cluster import Cluster
 from tracker_core.types import ORDERS
 
 ROOT = Path(__file__).parent
-PAGES = (explore, stability, tune, compare, track, papers)
+PAGES = (explore, stability, tune, compare, data, track, papers)
 PORT = Domain(1, 65535, whole=True)
 DATA_MEGABYTES = Domain(1, 1e9)
 DATA_DAYS = Domain(1, 36_525)
@@ -123,6 +124,8 @@ def warm_up() -> None:
             if order >= start.least_order:
                 run_experiment(Experiment.from_dict({"order": order, "xi": 0.8, "start": start.name, "samples": 20}))
     READY.set()
+    # What a recording asks for.
+    suggest(observe(Experiment.from_dict({"samples": 20, "order": 2, "xi": 0.8}))[1])
     filters = [DESIGNS["fading-memory"].gains(order, xi=0.8) for order in ORDERS]
     # Many filters in one run, many runs of one target, and runs of a target that is drawn as well.
     for scenario, runs in (("jeong-ship", 1), ("jeong-ship", 100), ("singer", 100)):

@@ -121,3 +121,33 @@ def _first_track(controls: Mapping[str, Any], values: Mapping[str, Any]) -> str:
     usual = Reading(delimiter=values["delimiter"], header=values["header"])
     found = tracks_in(str(controls["data"]), written(usual), values["track"])
     return found[0][0] if found else ""
+
+
+def fields_read(controls: Mapping[str, Any]) -> dict[str, bool]:
+    """Of the controls that do not always mean something whether they do now."""
+    frame = _frame(controls)
+    plane, most = frame == "plane", FRAMES[frame][1]
+    used = {name: sum(str(controls.get(f"read_{name}{slot}", NONE)) != NONE for slot in SLOTS)
+            for name in ("at", "truth")}  # fmt: skip
+    timed, tracked = (str(controls.get(f"read_{name}", NONE)) != NONE for name in ("time", "track"))
+    shown = {"read_interval": not timed, "read_clock": timed, "read_only": tracked, "read_angle": frame == "polar"}
+    shown["read_units1"] = frame != "geographic" or used["at"] > 2
+    for slot in SLOTS:
+        shown[f"read_at{slot}"] = slot <= min(used["at"] + 1, most)
+        shown[f"read_truth{slot}"] = slot <= (used["at"] if used["truth"] else 1)
+    return shown | {f"read_units{slot}": plane and slot <= used["at"] for slot in SLOTS[1:]}
+
+
+def labels_read(controls: Mapping[str, Any]) -> dict[str, str]:
+    """What the columns of a position are called in its frame."""
+    frame = _frame(controls)
+    parts = PARTS[frame]
+    units = {"plane": "Unit of {}", "geographic": "Unit of altitude", "polar": "Unit of range"}[frame]
+    labels = {f"read_at{slot}": part for slot, part in zip(SLOTS, parts, strict=True)}
+    labels |= {f"read_truth{slot}": f"True {part}" for slot, part in zip(SLOTS, parts, strict=True)}
+    return labels | {f"read_units{slot}": units.format(part) for slot, part in zip(SLOTS, parts, strict=True)}
+
+
+def _frame(controls: Mapping[str, Any]) -> str:
+    frame = str(controls.get("read_frame"))
+    return frame if frame in FRAMES else "plane"

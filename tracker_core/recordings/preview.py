@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import islice
 
 from tracker_core.recordings.bounds import clip
 from tracker_core.recordings.content import Content
-from tracker_core.recordings.findings import Ledger
 from tracker_core.recordings.reading import DELIMITERS
-from tracker_core.recordings.rows import Row, rows
+from tracker_core.recordings.rows import Row, first_rows
 
 PREVIEWED = 8
 """Rows after the names."""
@@ -47,7 +45,7 @@ def preview(data: bytes, delimiter: str, *, header: bool) -> Preview:
         InputError: when the file passes a bound within them.
     """
     with Content(data).open() as stream:
-        head = list(islice(rows(stream, DELIMITERS[delimiter], Ledger()), _LOOKED_AT))
+        head = first_rows(stream, DELIMITERS[delimiter], _LOOKED_AT)
     widths = sorted(len(row) for _, row in head)
     usual = widths[len(widths) // 2] if widths else 0
     first = next((place for place, (_, row) in enumerate(head) if len(row) >= usual), 0)
