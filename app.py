@@ -26,7 +26,7 @@ from dash import Dash, register_page
 from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 
-from layouts import shell
+from layouts import shell, takeaway
 from layouts.files import Store
 from layouts.incoming import MEGABYTE
 from layouts.pages import compare, data, explore, papers, stability, track, tune
@@ -66,6 +66,7 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
     server = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     _add_health(server)
     Uploads(store, most_bytes=upload_bytes).attach(server)
+    takeaway.attach(server)
     if store is not None:
         look_in(store.fetch)
     services = Services(Scenes(), Studies(executor))

@@ -19,6 +19,7 @@ GAP = 1.5
 """Nominal intervals over which one is a gap."""
 
 MARKED_PATH_MOVING = PATH_MOVING
+INTERVALS_MOVING = (META,)
 INNOVATION_MOVING = (META, *xy(0, 1), ("layout", "yaxis", "range"))
 
 
@@ -99,8 +100,9 @@ def innovation_figure(shown: Shown) -> Figure:
         with np.errstate(invalid="ignore", over="ignore"):
             far, unit = distances(result.track.innovation / result.track.spread), "σ"
     width = result.gate.width if result.gate is not None and unit == "σ" else None
-    finite = far[np.isfinite(far)]
-    usual = 1.3 * float(np.quantile(finite, 0.99)) if finite.size else 1.0
+    gone = result.track.rejected
+    believed = far[np.isfinite(far) & (~gone if gone is not None else True)]
+    usual = 1.3 * float(np.quantile(believed, 0.99)) if believed.size else 1.0
     top = max(usual, 1.5 * (width or 0.0)) or 1.0
     rows = drawn(len(times))
     data = [

@@ -45,7 +45,7 @@ DESK = Desk(
     page="data",
     plots={
         "data-path": Plot(recording.marked_path_figure, recording.MARKED_PATH_MOVING, path_key),
-        "data-intervals": Plot(recording.intervals_figure, (), recording.intervals_key),
+        "data-intervals": Plot(recording.intervals_figure, recording.INTERVALS_MOVING, recording.intervals_key),
         "data-innovation": Plot(recording.innovation_figure, recording.INNOVATION_MOVING, recording.innovation_key),
     },
     tables={},
