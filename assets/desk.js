@@ -194,8 +194,9 @@
   function showOwners(owned) {
     const words = { computed: page.method ? "from the method" : "from the design", unused: "not used", free: "" };
     for (const [name, state] of Object.entries(owned)) {
-      if (!element(`${name}-row`)) continue;
-      element(`${name}-row`).dataset.state = state;
+      const row = element(`${name}-row`);
+      if (!row) continue;
+      row.dataset.state = state;
       text(`${name}-owner`, words[state]);
     }
   }

@@ -1,4 +1,4 @@
-// The figure of a card is saved as it is seen: SVG for papers, PNG in twice as many points for everything else.
+// The figure of a frame is saved as it is seen: SVG for papers, PNG in twice as many points for everything else.
 (function () {
   "use strict";
 
@@ -14,13 +14,12 @@
     // One is open at a time, and none after a click elsewhere.
     for (const menu of document.querySelectorAll(".save[open]")) if (!menu.contains(target)) menu.open = false;
     if (!button) return;
-    const card = button.closest(".card");
-    const plot = card.querySelector(".js-plotly-plot");
+    const plot = button.closest(".plot-frame").querySelector(".js-plotly-plot");
     const format = button.dataset.save;
     button.closest(".save").open = false;
     button.closest(".save").firstElementChild.focus();
     if (!plot || !plot._fullLayout) return;
-    const filename = `${stem}-${slug(card.querySelector("h2, h3").textContent)}`;
+    const filename = `${stem}-${slug(button.closest(".card").querySelector("h2, h3").textContent)}`;
     window.Plotly.downloadImage(plot, {
       format,
       filename,

@@ -257,9 +257,12 @@ def plot_card(
     """
     return html.Section(
         [
-            html.Div([html.H2(title, id=f"{graph_id}-title"), *tools, save_figure(title)], className="card-head"),
+            html.Div([html.H2(title, id=f"{graph_id}-title"), *tools], className="card-head"),
             html.Div(
-                dcc.Graph(id=graph_id, figure={"data": [], "layout": {}}, config=GRAPH_CONFIG, className="plot"),
+                [
+                    dcc.Graph(id=graph_id, figure={"data": [], "layout": {}}, config=GRAPH_CONFIG, className="plot"),
+                    save_figure(title),
+                ],
                 role="figure",
                 className="plot-frame",
                 **{"aria-label": label},
@@ -273,7 +276,7 @@ def plot_card(
 
 
 def save_figure(title: str) -> Component:
-    """Opens to the two ways in which the figure of a card can be saved; assets/figures.js does it."""
+    """Opens to the two ways in which the figure of a frame can be saved; assets/figures.js does it."""
     return html.Details(
         [
             html.Summary("⤓", title="Save the figure", **{"aria-label": f"Save the figure: {title}"}),

@@ -28,7 +28,6 @@ def report(shown: Shown) -> dict[str, Any]:
             "findings": findings_rows(found),
         },
         "texts": {"found-text": found_text(found)},
-        "present": {name: shown.settings.experiment.to_dict().get(name) for name in ("order", "design")},
     }
 
 
