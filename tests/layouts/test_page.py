@@ -165,7 +165,9 @@ def test_page_and_answers_agree_on_the_plots(name):
 
 @ON_EVERY_PAGE
 def test_the_answer_says_all_that_the_script_reads(controls_for, request_for, name):
-    scripts = script("desk.js") + script("compare.js") + script("figures.js") + (script("tune.js") if name == "tune" else "")
+    scripts = (
+        script("desk.js") + script("compare.js") + script("figures.js") + (script("tune.js") if name == "tune" else "")
+    )
     read = set(re.findall(r"\banswer\.(\w+)", scripts))
     question = request_for(controls_for())
     given_slow, given_live = set(answer(DESKS[name], question)[1]), set(live_answer(DESKS[name], question)[0])
