@@ -1,14 +1,19 @@
 """Tracks as tables: what the columns are, and that no digit is lost on the way out."""
 
 import csv
+import dataclasses
 import io
+import json
 import math
+import subprocess
+import sys
+import zipfile
 
 import numpy as np
 import pytest
 
-from tracker_core import Experiment, run_experiment
-from tracker_core.exports import track_columns, write_track
+from tracker_core import Experiment, Gate, InputError, Truth, run_experiment, run_filter
+from tracker_core.exports import Part, run_parts, run_summary, track_columns, write_archive, write_json, write_track
 
 EXPERIMENTS = [
     {"scenario": "garg-constant-velocity"},
@@ -92,3 +97,124 @@ def test_csv_is_plain():
     assert len(lines) == 12
     assert lines[-1] == ""
     assert "nan" not in text
+
+
+def gated(result, gate):
+    """The same result with a gate."""
+    track = run_filter(result.measurements, result.gains, start=result.experiment.start, gate=gate)
+    return dataclasses.replace(result, track=track)
+
+
+def unknown(result):
+    """The same result where nobody knows the truth."""
+    return dataclasses.replace(result, truth=Truth(result.truth.times, np.full_like(result.truth.states, np.nan)))
+
+
+GATE = Gate(1.5, (20.0,), 0.1, 1.0)
+
+
+def test_what_a_gate_refused_has_a_column():
+    result = gated(run({"samples": 60, "order": 2, "xi": 0.6, "start": "two-point"}), GATE)
+    columns = track_columns(result)
+    assert list(columns)[:4] == ["sample", "time", "rejected", "x_true"]
+    assert result.track.rejected.any()
+    assert columns["rejected"].tolist() == [int(value) for value in result.track.rejected]
+    assert {line.split(",")[2] for line in written(result).splitlines()[1:]} == {"0", "1"}
+    assert run_summary(result)["rejected"] == result.track.rejected.sum()
+
+
+def test_a_truth_that_nobody_knows_has_no_column():
+    result = unknown(run({"samples": 20, "order": 2, "xi": 0.6}))
+    assert [name for name in track_columns(result) if name.endswith("_true")] == []
+    assert [name for name in track_columns(result) if name.endswith("_observed")] == ["x_observed", "y_observed"]
+
+
+# JSON --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("values", EXPERIMENTS, ids=str)
+def test_json_of_the_track_round_trips_exactly(values):
+    columns, stream = track_columns(run(values)), io.StringIO()
+    write_json(columns, stream)
+    read = json.loads(stream.getvalue(), parse_constant=pytest.fail)
+    assert list(read) == list(columns)
+    for name, cells in read.items():
+        found = np.array([math.nan if cell is None else cell for cell in cells])
+        assert np.array_equal(found, columns[name], equal_nan=True)
+
+
+def test_json_knows_neither_nan_nor_infinity():
+    stream = io.StringIO()
+    write_json({"a": [math.nan, math.inf, -math.inf, 1.5], "b": (np.float64("nan"), np.int64(3)), "é": None}, stream)
+    assert json.loads(stream.getvalue()) == {"a": [None, None, None, 1.5], "b": [None, 3], "é": None}
+    assert "é" in stream.getvalue()
+
+
+# One zip -----------------------------------------------------------------------------------------------------------
+
+CODE = ["filterpy_filter.py", "tuned_filter.c", "tuned_filter.h", "tuned_filter.m", "tuned_filter.py",
+        "tuned_filter_test.m"]  # fmt: skip
+
+
+def archived(parts):
+    stream = io.BytesIO()
+    write_archive(stream, parts)
+    return stream.getvalue()
+
+
+def opened(data):
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        assert archive.testzip() is None
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def test_the_archive_holds_everything_and_says_what_it_is():
+    result = run({"samples": 60, "order": 3, "xi": 0.6, "start": "expanding"})
+    parts = opened(archived(run_parts(result, title="A title", origin="https://example.org/?order=3")))
+    names = ["README.txt", "experiment.json", *(f"filter/{name}" for name in CODE), "metrics.json", "track.csv",
+             "track.json"]  # fmt: skip
+    assert list(parts) == names
+    readme = parts["README.txt"].decode()
+    for name in set(names) - {"README.txt"}:
+        assert f"\n{name}\n    " in readme
+    assert "A title\nhttps://example.org/?order=3\n" in readme
+    assert parts["track.csv"].decode() == written(result)
+    assert Experiment.from_dict(json.loads(parts["experiment.json"])) == result.experiment
+    assert json.loads(parts["metrics.json"])["metrics"] == result.metrics.to_dict()
+
+
+def test_the_code_in_the_archive_runs(tmp_path):
+    result = run({"samples": 60, "order": 2, "xi": 0.6, "start": "two-point"})
+    with zipfile.ZipFile(io.BytesIO(archived(run_parts(gated(result, GATE), gate=GATE)))) as archive:
+        archive.extractall(tmp_path)
+    assert "WIDTH = 1.5" in (tmp_path / "filter" / "tuned_filter.py").read_text()
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", "filter/tuned_filter.py"], cwd=tmp_path, check=True, capture_output=True, text=True
+    )
+    assert done.stdout.splitlines()[-1] == "equal"
+
+
+def test_the_same_run_gives_the_same_bytes():
+    result = run({"samples": 60, "order": 2, "xi": 0.6})
+    parts = run_parts(result)
+    assert archived(parts) == archived(run_parts(result)[::-1])
+    assert archived(parts) != archived(run_parts(result, title="other"))
+
+
+def test_the_archive_of_a_method_has_no_code_and_says_why():
+    parts = opened(archived(run_parts(run({"design": "growing-memory", "samples": 40}))))
+    assert [name for name in parts if name.startswith("filter/")] == []
+    assert b"no code of the filter: its gains were chosen as it ran" in parts["README.txt"]
+
+
+def test_more_parts_can_be_added_under_names_of_their_own():
+    figure = Part("figures/path.svg", b"<svg/>", "The path.")
+    assert opened(archived([figure]))["figures/path.svg"] == b"<svg/>"
+    with pytest.raises(InputError, match="must have a name each"):
+        archived([figure, figure])
+
+
+def test_any_title_makes_a_readme_of_whole_lines():
+    parts = run_parts(run({"samples": 20, "order": 2, "xi": 0.6}), title="a\nb\ud800", origin="\x00\r\n*/")
+    lines = opened(archived(parts))["README.txt"].decode().splitlines()
+    assert lines[1:4] == ["a b", "* /", ""]

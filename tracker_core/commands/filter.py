@@ -6,10 +6,11 @@ import argparse
 from typing import Any
 
 from tracker_core.checks import POSITIVE, InputError
-from tracker_core.commands.base import Commands, add_field, complex_pairs, gains_dict, given, print_json
+from tracker_core.commands.base import Commands, add_field, complex_pairs, given, print_json
 from tracker_core.conventions import CONVENTIONS, Gains
 from tracker_core.design import DESIGNS
 from tracker_core.experiment import PARAMETERS
+from tracker_core.exports import gains_dict
 from tracker_core.fields import FIELDS, INTERVAL
 from tracker_core.merits import MERITS, merits
 from tracker_core.poles import damping_class

@@ -15,16 +15,20 @@ from tracker_core.types import GAIN_NAMES, STATE_NAMES, FloatArray, IntArray
 def track_columns(result: Result) -> dict[str, FloatArray | IntArray]:
     """The columns of a run, each of shape (n_samples,), SI units; gains have none.
 
-    `sample` counts from 1; then `time`; then per axis `x_true`, `x_observed`, `x_predicted`, `x_smoothed`, and the
-    further states as `x_velocity_predicted`, `x_velocity_smoothed`, ...; and where a method chose the gains, those of
-    every sample in the convention of the run as `x_alpha`, `x_beta`, ...
+    `sample` counts from 1; then `time`; `rejected`, 1 where a gate refused the sample, if one watched; then per axis
+    `x_true` if anybody knows it, `x_observed`, `x_predicted`, `x_smoothed`, and the further states as
+    `x_velocity_predicted`, `x_velocity_smoothed`, ...; and where a method chose the gains, those of every sample in the
+    convention of the run as `x_alpha`, `x_beta`, ...
     """
     columns: dict[str, FloatArray | IntArray] = {
         "sample": np.arange(1, len(result.truth.times) + 1),
         "time": result.truth.times,
     }
+    if result.track.rejected is not None:
+        columns["rejected"] = result.track.rejected.astype(np.int64)
     for i, axis in enumerate(result.scenario.axes):
-        columns[f"{axis}_true"] = result.truth.positions[:, i]
+        if not np.isnan(result.truth.positions[:, i]).all():
+            columns[f"{axis}_true"] = result.truth.positions[:, i]
         columns[f"{axis}_observed"] = result.measurements.positions[:, i]
         for state in range(result.gains.order):
             name = axis if state == 0 else f"{axis}_{STATE_NAMES[state]}"

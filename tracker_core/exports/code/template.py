@@ -35,11 +35,11 @@ def render(name: str, parts: Mapping[str, str], facts: Mapping[str, bool]) -> st
 
 
 def comment(lines: Iterable[str], prefix: str) -> str:
-    """Lines of any text as lines of a comment, each after a prefix, folded at WIDTH columns."""
+    """Lines of any text as lines of a comment, indented as they are, after a prefix, and folded at WIDTH columns."""
     fold = textwrap.TextWrapper(
         WIDTH - len(prefix), subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
     )
-    folded = (fold.wrap(harmless(line)) or [""] for line in lines)
+    folded = (fold.wrap(" " * (len(line) - len(line.lstrip(" "))) + harmless(line)) or [""] for line in lines)
     return "\n".join((prefix + line).rstrip() for several in folded for line in several)
 
 
@@ -50,4 +50,4 @@ def harmless(text: str) -> str:
     for mark, instead in (("*/", "* /"), ("/*", "/ *"), ("??", "? ?")):
         while mark in text:
             text = text.replace(mark, instead)
-    return " ".join(text.split()) if text[:1] != " " else text.rstrip()
+    return " ".join(text.split())
