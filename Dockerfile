@@ -22,6 +22,8 @@ LABEL org.opencontainers.image.title="Gainscope" \
 # Fixed, so that what is mounted can be given to it; no home, no shell.
 RUN groupadd --gid 10001 gainscope \
     && useradd --uid 10001 --gid gainscope --no-create-home --home-dir /nonexistent --shell /usr/sbin/nologin gainscope
+# Recordings; what is mounted here must belong to that user, as a new volume does.
+RUN mkdir --mode=0700 /data && chown 10001:10001 /data
 COPY --from=build /venv /venv
 COPY --from=build /gainscope /gainscope
 WORKDIR /gainscope
@@ -35,7 +37,9 @@ ENV PATH=/venv/bin:$PATH \
     NUMBA_CACHE_DIR=/tmp/numba \
     OPENBLAS_NUM_THREADS=1 \
     GAINSCOPE_HOST=0.0.0.0 \
-    GAINSCOPE_PORT=8050
+    GAINSCOPE_PORT=8050 \
+    GAINSCOPE_DATA=/data
+VOLUME /data
 EXPOSE 8050
 
 HEALTHCHECK --interval=15s --timeout=5s --start-period=60s --retries=3 CMD ["python", "scripts/healthcheck.py"]

@@ -46,7 +46,10 @@
         Object.assign(made, { type: "radio", name: `${page.name}-${control}`, value: place.dataset.value });
         made.removeAttribute("aria-label");
       } else {
-        Object.assign(made, { type: "text", inputMode: "decimal", autocomplete: "off", spellcheck: false });
+        Object.assign(made, { type: "text", autocomplete: "off", spellcheck: false });
+        // A text to choose from a list, or a number.
+        if (input === "list") made.setAttribute("list", `${id}-list`);
+        else made.inputMode = "decimal";
       }
       place.append(made);
     }
@@ -191,7 +194,9 @@
   function showOwners(owned) {
     const words = { computed: page.method ? "from the method" : "from the design", unused: "not used", free: "" };
     for (const [name, state] of Object.entries(owned)) {
-      element(`${name}-row`).dataset.state = state;
+      const row = element(`${name}-row`);
+      if (!row) continue;
+      row.dataset.state = state;
       text(`${name}-owner`, words[state]);
     }
   }
@@ -232,6 +237,8 @@
     // Another choice in the same menu is another thing; a slider goes on with the same one.
     if (name !== page.touched || element(name)?.tagName === "SELECT") text("note", "");
     page.touched = name;
+    // Whoever goes on without the recording that the link names has let it go.
+    page.missing = "";
     page.values[name] = value;
     // In the order of the hand: the server lets later changes win.
     page.changed.delete(name);
@@ -369,7 +376,8 @@
   }
 
   function writeLink() {
-    const query = page.link ? `?${page.link}` : "";
+    // A link whose recording is missing works again once the file is there.
+    const query = page.missing ? location.search : page.link ? `?${page.link}` : "";
     if (location.search !== query) history.replaceState(history.state, "", query || location.pathname);
     writePageLinks(query);
   }
@@ -401,7 +409,7 @@
     if (!page.leaving || page.busy || page.waiting) return;
     const link = page.leaving;
     page.leaving = "now";
-    if (page.link !== null) writePageLinks(page.link ? `?${page.link}` : "");
+    if (page.link !== null) writeLink();
     // Once the link has its new address.
     setTimeout(() => link.click());
   }
@@ -453,6 +461,7 @@
       offer: null,
       method: "",
       scene: "",
+      missing: data.missing, // what the recording is known by that the link names and the server does not have
     };
     hydrate();
     for (const name of Object.keys(page.values)) show(name);
@@ -491,6 +500,7 @@
     const note = [elsewhere, answer.note].filter(Boolean).join(" ");
     if (note) text("note", note);
     if (answer.ok) report(answer, numbers);
+    else document.dispatchEvent(new CustomEvent("deskrefused", { detail: { page: page.name, answer } }));
     if (!numbers && answer.ok) writeLink();
     const outdated = page.outdated.splice(0);
     if (outdated.length) send(outdated);
@@ -601,7 +611,7 @@
     if (event.key === "Enter") {
       event.preventDefault();
       commit(target);
-    } else if (event.key === "ArrowUp" || event.key === "ArrowDown") {
+    } else if (!target.list && (event.key === "ArrowUp" || event.key === "ArrowDown")) {
       event.preventDefault();
       nudge(target, event.key === "ArrowUp" ? 1 : -1);
     }
@@ -740,6 +750,10 @@
       },
       get busy() {
         return page.busy || page.waiting;
+      },
+      // Once more, because the server has become able to answer.
+      retry() {
+        schedule();
       },
       useScene(token) {
         page.scene = token;

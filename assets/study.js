@@ -160,6 +160,7 @@
       button.dataset.controls = JSON.stringify(offer.controls);
       if (button.textContent !== offer.text) button.textContent = offer.text;
     }
+    document.dispatchEvent(new CustomEvent("studyshown", { detail: { page: study.page } }));
   }
 
   // plotly comes with Dash's first graph. The plot is inside the element that is named, as in a graph of Dash.

@@ -29,13 +29,18 @@ SETTLED = "() => document.querySelector('.desk')?.dataset.state === 'settled'"
 
 
 @contextmanager
-def server() -> Iterator[int]:
-    """A running, ready server; gives its port."""
+def server(**settings: str) -> Iterator[int]:
+    """A running, ready server; gives its port.
+
+    Args:
+        settings: environment variables; recordings are kept in memory unless GAINSCOPE_DATA says where.
+    """
     with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
+        free.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        free.bind(("127.0.0.1", int(settings.get("GAINSCOPE_PORT", 0))))
         port = free.getsockname()[1]
-    environment = os.environ | {"GAINSCOPE_PORT": str(port), "GAINSCOPE_HOST": "127.0.0.1"}
-    with subprocess.Popen([sys.executable, "app.py"], cwd=ROOT, env=environment) as process:
+    environment = os.environ | {"GAINSCOPE_PORT": str(port), "GAINSCOPE_HOST": "127.0.0.1", "GAINSCOPE_DATA": ""}
+    with subprocess.Popen([sys.executable, "app.py"], cwd=ROOT, env=environment | settings) as process:
         try:
             _wait_until_ready(port, process)
             yield port

@@ -259,7 +259,10 @@ def plot_card(
         [
             html.Div([html.H2(title, id=f"{graph_id}-title"), *tools], className="card-head"),
             html.Div(
-                dcc.Graph(id=graph_id, figure={"data": [], "layout": {}}, config=GRAPH_CONFIG, className="plot"),
+                [
+                    dcc.Graph(id=graph_id, figure={"data": [], "layout": {}}, config=GRAPH_CONFIG, className="plot"),
+                    save_figure(title),
+                ],
                 role="figure",
                 className="plot-frame",
                 **{"aria-label": label},
@@ -269,6 +272,23 @@ def plot_card(
         className="card plot-card",
         id=f"{graph_id}-card",
         **{"aria-labelledby": f"{graph_id}-title"},
+    )
+
+
+def save_figure(title: str) -> Component:
+    """Opens to the two ways in which the figure of a frame can be saved; assets/figures.js does it."""
+    return html.Details(
+        [
+            html.Summary("⤓", title="Save the figure", **{"aria-label": f"Save the figure: {title}"}),
+            html.Div(
+                [
+                    html.Button(kind.upper(), type="button", className="quiet", **{"data-save": kind})
+                    for kind in ("svg", "png")
+                ],
+                className="save-kinds",
+            ),
+        ],
+        className="save",
     )
 
 

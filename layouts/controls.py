@@ -13,6 +13,7 @@ from typing import Any
 from layouts.comparing import comparing_controls, read_comparing
 from layouts.pinning import apply as pinning_done
 from layouts.pins import read_pins
+from layouts.reading import reading_controls
 from layouts.rules import OWN_VIEW, STEADY, Draft, number, preset_keys, presets
 from layouts.state import LIMIT_FIELDS, SWITCH, VIEW_FIELDS, Settings, View, plane_name, read_limits, read_view
 from layouts.tuning import follow, read_tuning, tuning_controls
@@ -23,6 +24,7 @@ from tracker_core.conventions import rewrite
 from tracker_core.experiment import BESIDE, PARAMETERS, read_experiment
 from tracker_core.fields import FIELDS
 from tracker_core.optimal import index_of_noise_gain, path_share
+from tracker_core.recordings import Reading
 from tracker_core.responses import noise_gain
 from tracker_core.types import GAIN_NAMES, STATE_NAMES
 
@@ -77,6 +79,8 @@ def controls_of(settings: Settings) -> dict[str, Any]:
         controls |= dict.fromkeys(searched, "")
     controls["noise_std"] = _listed(experiment.noise_std or BESIDE["noise_std"][2])
     controls.update(dict(zip(GAIN_NAMES, gains.values, strict=False)))
+    if experiment.reading is not None:
+        controls |= reading_controls(Reading.from_text(experiment.reading))
     controls["written"] = experiment.convention
     controls["preset"] = preset_of(experiment)
     controls["axis"] = axes[settings.view.axis]

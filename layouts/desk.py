@@ -25,7 +25,7 @@ from layouts.state import Settings, from_query
 from layouts.text import error_text
 from layouts.theme import THEMES
 from tracker_core import InputError, Result, run_experiment
-from tracker_core.measured import DATA
+from tracker_core.measured import DATA, known
 from tracker_core.types import FloatArray
 
 LONG_RUN = 10_000
@@ -65,6 +65,7 @@ class Desk:
             `filters` that are compared.
         sliders: what its sliders span.
         scene: shows a run in the page's scene in three dimensions; None where it has none.
+        beside: what the page says of its controls whether or not they can be run; None for nothing.
     """
 
     page: str
@@ -73,16 +74,15 @@ class Desk:
     report: Callable[[Shown], dict[str, Any]]
     sliders: Mapping[str, Any]
     scene: Callable[[Shown], None] | None = None
+    beside: Callable[[Mapping[str, Any]], dict[str, Any]] | None = None
 
 
 def beginning(desk: Desk, query: Mapping[str, Any]) -> dict[str, Any]:
     """What the page's script starts from: the controls as a link describes them, and what the page has."""
     settings, notes = from_query({name: str(value) for name, value in query.items()})
-    data = str(query.get("data", ""))
     return {
         "page": desk.page,
-        # A recording that the link names and this server does not have.
-        "missing": data if DATA.fullmatch(data) and settings.experiment.data is None else "",
+        "missing": "" if settings.experiment.data else _missing(query.get("data", "")),
         "controls": controls_of(settings),
         "pins": [[pin.slot, pin.text()] for pin in settings.pins],
         "notes": notes,
@@ -91,6 +91,12 @@ def beginning(desk: Desk, query: Mapping[str, Any]) -> dict[str, Any]:
         "inTurn": [name for name, plot in desk.plots.items() if not plot.often],
         "tables": list(desk.tables),
     }
+
+
+def _missing(data: Any) -> str:
+    """What a recording is known by that is meant and that this server does not have; empty where there is none."""
+    data = str(data or "")
+    return data if DATA.fullmatch(data) and not known(data) else ""
 
 
 def stores(desk: Desk, query: Mapping[str, Any]) -> list[Component]:
@@ -134,8 +140,9 @@ def _is_long(request: Mapping[str, Any]) -> bool:
     if request.get("pins") or request.get("pinning"):
         return True
     try:
-        return float(request["controls"]["samples"]) > LONG_RUN
-    except (KeyError, TypeError, ValueError, OverflowError):
+        # A file may have to be read first.
+        return bool(request["controls"].get("data")) or float(request["controls"]["samples"]) > LONG_RUN
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError):
         return False
 
 
@@ -159,13 +166,13 @@ def answer(desk: Desk, request: Mapping[str, Any]) -> tuple[list[Any], dict[str,
     """
     resolution = _resolution(request)
     if resolution.settings is None:
-        return [no_update] * (len(desk.plots) + len(desk.tables)), _refusal(request, resolution)
+        return [no_update] * (len(desk.plots) + len(desk.tables)), _refusal(desk, request, resolution)
     try:
         shown = _shown(request, resolution.settings, live=False)
     except InputError as error:
         # What only the run finds out: too few measurements for the start, say.
         return [no_update] * (len(desk.plots) + len(desk.tables)), _refusal(
-            request, replace(resolution, errors=(error,))
+            desk, request, replace(resolution, errors=(error,))
         )
     keys, before = drawing_keys(desk, shown), request.get("drawn") or {}
     updates: list[Any] = []
@@ -197,11 +204,11 @@ def live_answer(desk: Desk, request: Mapping[str, Any]) -> tuple[dict[str, Any],
     """
     resolution = _resolution(request)
     if resolution.settings is None:
-        return _refusal(request, resolution), []
+        return _refusal(desk, request, resolution), []
     try:
         shown = _shown(request, resolution.settings, live=True)
     except InputError as error:
-        return _refusal(request, replace(resolution, errors=(error,))), []
+        return _refusal(desk, request, replace(resolution, errors=(error,))), []
     keys, before = drawing_keys(desk, shown), request.get("drawn") or {}
     lines: dict[str, list[list[int]]] = {}
     arrays: list[FloatArray] = []
@@ -250,14 +257,17 @@ def _patch(figure: Figure, paths: tuple[Path, ...]) -> Patch:
     return patch
 
 
-def _refusal(request: Mapping[str, Any], resolution: Resolution) -> dict[str, Any]:
+def _refusal(desk: Desk, request: Mapping[str, Any], resolution: Resolution) -> dict[str, Any]:
     """The last good plot stays; the messages stand beside their fields."""
+    wrong = {error.field: error_text(error) for error in resolution.errors}
     return {
         "seq": request["seq"],
         "ok": False,
         "controls": resolution.controls,
-        "errors": {wrong.field: error_text(wrong) for wrong in resolution.errors},
+        "errors": wrong,
         "note": resolution.note,
+        "missing": _missing(resolution.controls.get("data")) if "data" in wrong else "",
+        **({} if desk.beside is None else desk.beside(resolution.controls)),
     }
 
 
@@ -280,4 +290,5 @@ def _report(desk: Desk, request: Mapping[str, Any], resolution: Resolution, show
         "filters": [],
         **rest,
         **own,
+        **({} if desk.beside is None else desk.beside(resolution.controls)),
     }

@@ -7,7 +7,7 @@ from math import inf, log10
 from typing import Any
 
 from layouts.state import Settings, plane_name, to_query
-from layouts.text import error_text, significant
+from layouts.text import error_text, file_stem, significant
 from tracker_core import DESIGNS, STARTS, Experiment, Gains, InputError, Result
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.conventions import rewrite
@@ -43,6 +43,7 @@ def common_report(result: Result, settings: Settings, *, live: bool) -> dict[str
         "pins": [[pin.slot, pin.text()] for pin in settings.pins],
         "gains": list(result.gains.values),
         "link": to_query(settings),
+        "stem": file_stem(result.scenario.title),
         "owned": owned(experiment),
         "offers": offers(experiment),
         "fields": fields_shown(experiment),

@@ -10,6 +10,7 @@ from typing import Any
 
 from layouts.comparing import COMPARING_FIELDS
 from layouts.fitting import fit, value_of
+from layouts.reading import follow_reading
 from layouts.state import LIMIT_FIELDS, plane_name
 from layouts.tuning import TUNING_FIELDS
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment, InputError
@@ -69,6 +70,7 @@ class Draft:
 
     def apply(self) -> None:
         """Apply every rule; of a preset, a scenario and what else was moved the later one wins."""
+        self.changed = follow_reading(self.controls, self.changed)
         chosen, preset = self.controls.get("scenario"), presets().get(str(self.controls.get("preset")))
         bulk = [name for name in self.changed if name in TARGET or (name == "preset" and preset is not None)]
         start = self.changed.index(bulk[-1]) + 1 if bulk else 0

@@ -87,6 +87,7 @@ def frame() -> Component:
                 ],
                 className="header",
             ),
+            html.Div(id="missing-recording", className="banner", role="alert", hidden=True),
             html.Main(page_container, id="main"),
         ],
         className="app",

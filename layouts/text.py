@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from math import floor, isfinite, log10
 
 from tracker_core import InputError
@@ -12,6 +13,9 @@ from tracker_core.metrics import Metric
 
 GREAT = 10
 """A change of so many times the pinned value is given as a factor instead of in percent."""
+
+
+STEM_LENGTH = 40
 
 
 LABELS = {
@@ -95,3 +99,10 @@ def error_text(error: InputError) -> str:
     text = f"{received:.12g}" if isinstance(received, float) else str(received)[:40]
     shown = "nothing" if received in (None, "") else f"“{text}”"
     return f"{label} {error.rule}, got {shown}."
+
+
+def file_stem(title: str) -> str:
+    """A title as the beginning of a file's name, which any system takes: ASCII letters, digits, dots and hyphens."""
+    plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode()
+    name = re.sub(r"(\.(csv|tsv|txt|dat|log|gz))+$", "", plain, flags=re.IGNORECASE)
+    return re.sub(r"[^A-Za-z0-9.]+", "-", name).strip("-.")[:STEM_LENGTH] or "gainscope"

@@ -357,7 +357,7 @@ def _complete(known: dict[str, Any]) -> dict[str, Any]:
     scenario = target_of(known["scenario"], known.get("data"), known.get("reading"))
     if scenario.measured:
         # Said in full: what is proposed may be another thing tomorrow.
-        known.setdefault("reading", proposed(known["data"]))
+        known["reading"] = known.get("reading") or proposed(known["data"])
     usual = _usual(scenario)
     given = [name for name in PARAMETERS if name in known]
     design = known.get("design") or _implied_design(given, known.get("order", usual["order"]), usual["design"])

@@ -15,7 +15,7 @@ import numpy as np
 
 from tracker_core.checks import InputError
 from tracker_core.identification import measured_std
-from tracker_core.recordings import Reading, Recorded, look, read
+from tracker_core.recordings import Look, Reading, Recorded, look, read, tracks
 from tracker_core.scenarios import Recording, Scenario
 from tracker_core.types import Measurements
 
@@ -147,6 +147,29 @@ def deliver(data: str | None, file: File | None) -> None:
         SHELF.keep(file)
 
 
+def known(data: str) -> bool:
+    """Whether the file that is known by this is here."""
+    try:
+        fetch(data)
+    except InputError:
+        return False
+    return True
+
+
+@lru_cache(maxsize=32)
+def looked(data: str) -> Look:
+    """What a file seems to be, and the reading that is proposed for it.
+
+    Raises:
+        InputError: naming the field `data`, for a file that is nowhere, or is no table.
+    """
+    content = fetch(data).content
+    try:
+        return look(content)
+    except InputError as error:
+        raise InputError("data", f"must be a table of measurements: {error}", data) from error
+
+
 @lru_cache(maxsize=32)
 def proposed(data: str) -> str:
     """How a file is read if nobody says otherwise, as the text of a `Reading`.
@@ -154,9 +177,8 @@ def proposed(data: str) -> str:
     Raises:
         InputError: naming the field `data`, for a file that is nowhere, or holds no measurements.
     """
-    content = fetch(data).content
+    reading = written(looked(data).reading)
     try:
-        reading = written(look(content).reading)
         recorded(data, reading)
     except InputError as error:
         raise InputError("data", f"must be a table of measurements: {error}", data) from error
@@ -178,6 +200,20 @@ def recorded(data: str, reading: str) -> Recorded:
     content = fetch(data).content
     try:
         return read(content, Reading.from_text(reading))
+    except InputError as error:
+        raise InputError("reading", f"must fit the file: {error}", reading) from error
+
+
+@lru_cache(maxsize=8)
+def tracks_in(data: str, reading: str, column: int) -> tuple[tuple[str, int], ...]:
+    """The ids in a column of a file with their rows, most rows first.
+
+    Raises:
+        InputError: naming the field `data` for a file that is nowhere, `reading` for one that cannot be read like this.
+    """
+    content = fetch(data).content
+    try:
+        return tracks(content, Reading.from_text(reading), column)
     except InputError as error:
         raise InputError("reading", f"must fit the file: {error}", reading) from error
 

@@ -54,7 +54,7 @@ def webgl(chromium: Callable[..., Browser]) -> Browser:
 def open_page(browser: Browser, port: int) -> Iterator[Callable[..., Page]]:
     """Opens pages, each in a browser context of its own, and waits until they have drawn everything.
 
-    What has to be there before the page loads is done by `first`.
+    What has to be there before the page loads is done by `first`; the status `refused` is an answer and no fault.
     """
     contexts, complaints = [], []
 
@@ -66,6 +66,7 @@ def open_page(browser: Browser, port: int) -> Iterator[Callable[..., Page]]:
         at: int = port,
         using: Browser = browser,
         first: Callable[[Page], object] | None = None,
+        refused: int = 0,
         **more: Any,
     ) -> Page:
         # Half the pixels are drawn in less time, and where things stand does not depend on them; what colour they have
@@ -75,9 +76,18 @@ def open_page(browser: Browser, port: int) -> Iterator[Callable[..., Page]]:
         context.set_default_timeout(PATIENCE)
         contexts.append(context)
         page = context.new_page()
-        page.on("console", lambda said: complaints.append(said.text) if said.type == "error" else None)
+        told = f"status of {refused} " if refused else None
+        page.on(
+            "console",
+            lambda said: (
+                complaints.append(said.text) if said.type == "error" and not (told and told in said.text) else None
+            ),
+        )
         page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on("response", lambda r: complaints.append(f"{r.status} {r.url}") if r.status >= 400 else None)
+        page.on(
+            "response",
+            lambda r: complaints.append(f"{r.status} {r.url}") if r.status >= 400 and r.status != refused else None,
+        )
         if first is not None:
             first(page)
         page.goto(f"http://127.0.0.1:{at}/{query}")

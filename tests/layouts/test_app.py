@@ -225,7 +225,7 @@ BAD_PORTS = ["0", "65536", "-1", "80.5", "http", "", "8050 8051", "nan", "inf", 
 @pytest.mark.parametrize("port", BAD_PORTS)
 def test_a_port_that_is_none_is_refused_in_one_line(monkeypatch, capsys, port):
     monkeypatch.setenv("GAINSCOPE_PORT", port)
-    monkeypatch.setattr(app, "build", lambda executor: pytest.fail("it must not come to this"))
+    monkeypatch.setattr(app, "build", lambda *_: pytest.fail("it must not come to this"))
     assert app.main() == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -243,10 +243,11 @@ def test_a_port_that_is_none_is_refused_in_one_line(monkeypatch, capsys, port):
 def test_the_server_listens_where_it_is_told(monkeypatch, capsys, environment, host, port):
     for name in ("GAINSCOPE_HOST", "GAINSCOPE_PORT", "GAINSCOPE_DASK_SCHEDULER"):
         monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("GAINSCOPE_DATA", "")
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     served = {}
-    monkeypatch.setattr(app, "build", lambda executor: type("Built", (), {"server": "the server"}))
+    monkeypatch.setattr(app, "build", lambda *_: type("Built", (), {"server": "the server"}))
     monkeypatch.setattr(app, "warm_up", lambda: served.update(warm=True))
     monkeypatch.setattr(app.uvicorn, "run", lambda server, **options: served.update(options, server=server))
     assert app.main() == 0
@@ -256,7 +257,10 @@ def test_the_server_listens_where_it_is_told(monkeypatch, capsys, environment, h
 
 def test_studies_are_computed_where_the_setting_says(monkeypatch):
     built = []
-    monkeypatch.setattr(app, "build", lambda executor: built.append(executor) or type("Built", (), {"server": None}))
+    monkeypatch.setattr(
+        app, "build", lambda executor, *_: built.append(executor) or type("Built", (), {"server": None})
+    )
+    monkeypatch.setenv("GAINSCOPE_DATA", "")
     monkeypatch.setattr(app, "warm_up", lambda: None)
     monkeypatch.setattr(app.uvicorn, "run", lambda *_, **__: None)
     monkeypatch.setattr(app, "Cluster", lambda address: f"the cluster at {address}")
@@ -268,12 +272,60 @@ def test_studies_are_computed_where_the_setting_says(monkeypatch):
 
 def test_a_cluster_out_of_reach_is_said_in_one_line(monkeypatch, capsys):
     monkeypatch.setenv("GAINSCOPE_DASK_SCHEDULER", "nonsense")
-    monkeypatch.setattr(app, "build", lambda executor: pytest.fail("it must not come to this"))
+    monkeypatch.setenv("GAINSCOPE_DATA", "")
+    monkeypatch.setattr(app, "build", lambda *_: pytest.fail("it must not come to this"))
     assert app.main() == 2
     assert capsys.readouterr().err == (
         "gainscope: GAINSCOPE_DASK_SCHEDULER must be the address of a Dask scheduler that answers within 5 s, such as "
         "tcp://host:8786, got 'nonsense'\n"
     )
+
+
+@pytest.fixture
+def started(monkeypatch):
+    """What the server is built with."""
+    built = []
+    monkeypatch.setattr(app, "build", lambda *given: built.append(given) or type("Built", (), {"server": None}))
+    monkeypatch.setattr(app, "warm_up", lambda: None)
+    monkeypatch.setattr(app.uvicorn, "run", lambda *_, **__: None)
+    return built
+
+
+def test_recordings_are_kept_where_and_as_the_settings_say(monkeypatch, started, tmp_path, capsys):
+    for name, value in {"DATA": str(tmp_path / "here"), "DATA_MB": "2.5", "DATA_DAYS": "7", "UPLOAD_MB": "0.5"}.items():
+        monkeypatch.setenv(f"GAINSCOPE_{name}", value)
+    assert app.main() == 0
+    [(_, store, upload_bytes)] = started
+    assert (store.directory, store.most_bytes, store.days) == (tmp_path / "here", 2_500_000, 7)
+    assert (store.problem, upload_bytes) == ("", 500_000)
+    assert capsys.readouterr().err == ""
+
+
+def test_recordings_are_kept_in_the_user_s_data_else_in_memory(monkeypatch, started, tmp_path, capsys):
+    monkeypatch.delenv("GAINSCOPE_DATA", raising=False)
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    assert app.main() == 0
+    assert started.pop()[1].directory == tmp_path / "gainscope"
+    monkeypatch.setenv("GAINSCOPE_DATA", "")
+    assert app.main() == 0
+    assert started.pop()[1] is None
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("GAINSCOPE_DATA", str(tmp_path / "file"))
+    capsys.readouterr()
+    assert app.main() == 0
+    assert capsys.readouterr().err == (
+        f"gainscope: recordings are kept in memory alone: {tmp_path / 'file'}: File exists\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("DATA_MB", "0"), ("DATA_MB", "much"), ("DATA_DAYS", "0.5"), ("UPLOAD_MB", "11")]
+)
+def test_a_bound_that_is_none_is_refused_in_one_line(monkeypatch, started, capsys, name, value):
+    monkeypatch.setenv(f"GAINSCOPE_{name}", value)
+    assert app.main() == 2
+    assert started == []
+    assert capsys.readouterr().err.startswith(f"gainscope: GAINSCOPE_{name} must be a finite number")
 
 
 def test_a_bad_port_ends_the_program_with_status_2():

@@ -165,7 +165,9 @@ def test_page_and_answers_agree_on_the_plots(name):
 
 @ON_EVERY_PAGE
 def test_the_answer_says_all_that_the_script_reads(controls_for, request_for, name):
-    scripts = script("desk.js") + script("compare.js") + (script("tune.js") if name == "tune" else "")
+    scripts = (
+        script("desk.js") + script("compare.js") + script("figures.js") + (script("tune.js") if name == "tune" else "")
+    )
     read = set(re.findall(r"\banswer\.(\w+)", scripts))
     question = request_for(controls_for())
     given_slow, given_live = set(answer(DESKS[name], question)[1]), set(live_answer(DESKS[name], question)[0])
@@ -174,7 +176,7 @@ def test_the_answer_says_all_that_the_script_reads(controls_for, request_for, na
     assert read - given_live == {"drawn"}
     # Whether or not the entries are right, these are read first.
     refusal = set(live_answer(DESKS[name], request_for(controls_for(), {"samples": "x"}))[0])
-    assert {"seq", "ok", "controls", "errors", "note"} == refusal
+    assert {"seq", "ok", "controls", "errors", "note", "missing"} == refusal
     # And nothing is said that is not read.
     assert (given_slow | given_live) - read == set()
 
@@ -419,8 +421,8 @@ def test_the_frame_holds_the_page_and_the_buttons(dash_app):
 def test_every_page_can_be_gone_to(dash_app):
     links = [part for part in walk(frame()) if type(part).__name__ == "Link"]
     assert [(text_of(link), attribute(link, "href")) for link in links] == [
-        ("Explore", "/"), ("Stability", "/stability"), ("Tune", "/tune"), ("Compare", "/compare"), ("3-D", "/3d"),
-        ("Papers", "/papers"),
+        ("Explore", "/"), ("Stability", "/stability"), ("Tune", "/tune"), ("Compare", "/compare"), ("Data", "/data"),
+        ("3-D", "/3d"), ("Papers", "/papers"),
     ]  # fmt: skip
     for link in links:
         # What the script finds them by, so that those of pages with a filter carry the present one.

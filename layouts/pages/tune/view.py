@@ -11,6 +11,7 @@ from layouts.components import (
     filled_table,
     parameter_field,
     plot_card,
+    save_figure,
     select_field,
     study_row,
     switch_field,
@@ -83,7 +84,7 @@ def _study_card() -> Component:
             html.P(id="tune-data-note", className="study-note"),
             html.Div(_fields(), className="study-fields"),
             html.Div(
-                html.Div(id=PLOT, className="plot"),
+                [html.Div(id=PLOT, className="plot"), save_figure("Which gains are best?")],
                 role="figure",
                 className="plot-frame",
                 **{"aria-label": PLOT_LABEL},

@@ -1,0 +1,87 @@
+"""What was found in a recording, in words and rows of tables."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from layouts.text import significant
+from tracker_core import Result
+from tracker_core.recordings import KINDS, Recorded
+
+LISTED = 200
+"""Findings that the page lists; the rest is in the table that can be taken home."""
+
+
+def found_text(found: Recorded) -> str:
+    """How many rows were out of the ordinary, in a sentence."""
+    count = sum(found.counts.values())
+    if not count:
+        return "Nothing out of the ordinary: every row that is read is a measurement."
+    listed = len(found.findings)
+    said = f"{count:,} things were found before anything ran; nothing is left out in silence."
+    if count > listed:
+        said += f" {listed:,} of them are listed, of every kind some."
+    return said
+
+
+def counts_rows(found: Recorded) -> list[list[str]]:
+    """A row for every kind that was found: what, how often, what is done with it."""
+    rows = []
+    for name, count in found.counts.items():
+        kind = KINDS[name]
+        done = kind.done
+        if name == "held":
+            done = "Taken as missing." if found.reading.held == "missing" else "Kept as they are."
+        rows.append([kind.title, f"{count:,}", done])
+    return rows
+
+
+def findings_rows(found: Recorded) -> list[list[str]]:
+    """The first findings: line, kind, reason with what was received."""
+    return [
+        [f"{finding.line:,}" if finding.line else "file", KINDS[finding.kind].title, finding.text]
+        for finding in found.findings[:LISTED]
+    ]
+
+
+def facts_rows(found: Recorded, result: Result) -> list[list[str]]:
+    """What there is of the recording."""
+    missing = int(np.isnan(found.positions).any(axis=1).sum())
+    of = f", {found.others:,} of other tracks" if found.others else ""
+    rows = [
+        ["Rows", f"{found.rows:,}{of}"],
+        ["Measurements", f"{found.measured:,} of {len(found.times):,} samples"
+         + (f", {missing:,} missing or incomplete" if missing else "")],
+        ["Duration", _duration(float(found.times[-1]))],
+        ["Interval", _interval(found)],
+        ["Axes", ", ".join(found.axes)],
+    ]  # fmt: skip
+    if result.experiment.samples < len(found.times):
+        rows.append(["Used", f"the first {result.experiment.samples:,} samples"])
+    if found.start:
+        rows.append(["Begins", found.start])
+    if found.place:
+        latitude, longitude, altitude = found.place
+        rows.append(["Origin", f"{latitude:.6f}°, {longitude:.6f}°, {altitude:.1f} m"])
+    truth = "known: errors are told" if result.truth.known else "not known: innovations take its place"
+    return [*rows, ["Truth", truth]]
+
+
+def _interval(found: Recorded) -> str:
+    even = found.regularity
+    if found.interval is not None:
+        gaps = found.counts.get("gap", 0)
+        return f"constant, T = {significant(found.interval, 6)} s" + (f", {gaps:,} gaps" if gaps else "")
+    return (
+        f"varies: {significant(even.shortest, 3)} to {significant(even.longest, 3)} s, median "
+        f"{significant(even.nominal, 3)} s; every filter uses the actual ones"
+    )
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 120:
+        return f"{significant(seconds, 4)} s"
+    hours, rest = divmod(round(seconds), 3600)
+    minutes, left = divmod(rest, 60)
+    clock = f"{hours:,} h {minutes} min" if hours else f"{minutes} min {left} s"
+    return f"{clock} ({significant(seconds, 4)} s)"

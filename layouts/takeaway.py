@@ -1,0 +1,135 @@
+"""Results on their way out over HTTP: everything that a link says, run anew and given as files."""
+
+from __future__ import annotations
+
+import asyncio
+import csv
+import io
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from typing import IO, TextIO
+
+from fastapi import FastAPI, Request, Response
+from fastapi.responses import StreamingResponse
+
+from layouts.pipe import piped
+from layouts.text import file_stem
+from layouts.uploads import attachment, refusal
+from tracker_core import Experiment, InputError, Result, run_experiment
+from tracker_core.checks import check_choice
+from tracker_core.experiment import read_experiment
+from tracker_core.exports import write_track
+from tracker_core.fields import FIELDS
+from tracker_core.measured import recorded
+from tracker_core.recordings import KINDS
+
+AT_ONCE = 2
+"""Exports that are made at a time; the others wait."""
+
+MOST_WAITING = 32
+
+ALL = "all.zip"
+
+
+@dataclass(frozen=True, slots=True)
+class Export:
+    """A file that a run is given as.
+
+    Attributes:
+        name: what stands after the name of the target.
+        media: its type.
+        write: writes it.
+    """
+
+    name: str
+    media: str
+    write: Callable[[Result, IO[bytes], str], None]
+
+    def written(self, experiment: Experiment, link: str, stream: IO[bytes]) -> None:
+        """Run an experiment and write it to a stream; the link is what others find it by."""
+        self.write(run_experiment(experiment), stream, link)
+
+    def named(self, stem: str) -> str:
+        """What the file is called."""
+        return f"{stem}.zip" if self.name == ALL else f"{stem}-{self.name}"
+
+
+def _as_text(write: Callable[[Result, TextIO], None]) -> Callable[[Result, IO[bytes], str], None]:
+    def written(result: Result, stream: IO[bytes], link: str) -> None:
+        del link
+        text = io.TextIOWrapper(stream, encoding="utf-8", newline="")
+        write(result, text)
+        text.detach()
+
+    return written
+
+
+def write_findings(result: Result, stream: TextIO) -> None:
+    """The findings of a recording as CSV: kind, line (0 for the whole file), reason.
+
+    Raises:
+        InputError: where nothing was recorded.
+    """
+    experiment = result.experiment
+    if experiment.data is None or experiment.reading is None:
+        raise InputError("data", "must be given: nothing is found in a simulated target", experiment.scenario)
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(("line", "kind", "reason", "what is done"))
+    for finding in recorded(experiment.data, experiment.reading).findings:
+        kind = KINDS[finding.kind]
+        # A spreadsheet calculates what begins with a sign; ours begin with a word.
+        writer.writerow((finding.line, kind.title, f"found: {finding.text}", kind.done))
+
+
+EXPORTS: dict[str, Export] = {
+    "track.csv": Export("track.csv", "text/csv; charset=utf-8", _as_text(write_track)),
+    "findings.csv": Export("findings.csv", "text/csv; charset=utf-8", _as_text(write_findings)),
+}
+
+
+def attach(server: FastAPI) -> None:
+    """Serve `GET /export/{name}?<link>` for every name in EXPORTS, and all of it as `GET /export.zip?<link>`.
+
+    What cannot be run is answered with `{field, rule, received, message}`.
+    """
+    makers = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="exports")
+    waiting = 0
+
+    async def give(request: Request, name: str) -> Response:
+        nonlocal waiting
+        if waiting >= MOST_WAITING:
+            return refusal(InputError("export", f"must wait: {MOST_WAITING} others do", name), 503)
+        waiting += 1
+        query = dict(request.query_params)
+        try:
+            export = EXPORTS[check_choice("export", name, EXPORTS)]
+            experiment = await asyncio.to_thread(experiment_of, query)
+            pieces = await piped(makers, partial(export.written, experiment, request.url.query))
+        except InputError as error:
+            return refusal(error, 404 if error.field == "export" else 422)
+        finally:
+            waiting -= 1
+        title = export.named(file_stem(experiment.target.title))
+        return StreamingResponse(pieces, media_type=export.media, headers=attachment(title))
+
+    @server.get("/export.zip")
+    async def everything(request: Request) -> Response:
+        return await give(request, ALL)
+
+    @server.get("/export/{name}")
+    async def one(request: Request, name: str) -> Response:
+        return await give(request, name)
+
+
+def experiment_of(query: Mapping[str, str]) -> Experiment:
+    """The experiment of a link; what it says of the view counts for nothing.
+
+    Raises:
+        InputError: the first field that is wrong: nothing is left to a default that the page did not show.
+    """
+    experiment, errors = read_experiment({field: value for field, value in query.items() if field in FIELDS})
+    if experiment is None:
+        raise errors[0]
+    return experiment

@@ -1,0 +1,286 @@
+"""The Data page: what it shows of a file, right or wrong, of what was found, and of the filter that suits it."""
+
+import json
+from pathlib import Path
+from urllib.parse import urlencode
+
+import numpy as np
+import pytest
+
+from layouts import desk
+from layouts.desk import answer, beginning
+from layouts.figures.recording import filled
+from layouts.pages.data import suggesting
+from layouts.pages.data.answers import DESK
+from layouts.pages.data.file import MOST_SHOWN
+from layouts.pages.data.view import EXAMPLES, layout
+from tracker_core import Experiment, InputError, run_experiment
+from tracker_core.measured import SHELF, File, recorded
+
+RECORDINGS = Path(__file__).parents[2] / "assets" / "recordings"
+UNKNOWN = "f" * 32
+
+
+@pytest.fixture
+def example():
+    def keep(name):
+        return SHELF.keep(File(f"{name}.csv", (RECORDINGS / f"{name}.csv").read_bytes()))
+
+    return keep
+
+
+@pytest.fixture
+def show(request_for):
+    """The page's answer to a link, as JSON."""
+
+    def shown(moved=None, want=None, **query):
+        begun = beginning(DESK, query)
+        updates, rest = answer(DESK, request_for(begun["controls"], moved, want=want))
+        return updates, json.loads(json.dumps(rest))
+
+    return shown
+
+
+# Without a recording -------------------------------------------------------------------------------------------------
+
+
+def test_without_a_recording_the_page_says_what_can_be_loaded(show):
+    text = json.dumps(layout().to_plotly_json(), default=lambda part: part.to_plotly_json())
+    assert "latitude and longitude" in text
+    for name in EXAMPLES:
+        assert f'"{name}.csv"' in text
+        assert (RECORDINGS / f"{name}.csv").exists()
+    _, rest = show()
+    assert rest["ok"]
+    assert rest["recording"] is None
+    assert rest["rows"] == {"facts": [], "counts": [], "findings": []}
+
+
+def test_a_recording_that_is_nowhere_is_missing_and_one_that_cannot_be_read_is_not():
+    assert beginning(DESK, {"data": UNKNOWN})["missing"] == UNKNOWN
+    assert beginning(DESK, {"data": "nonsense"})["missing"] == ""
+    data = SHELF.keep(File("words.csv", b"one,two\n1,a\nb,c\n"))
+    assert beginning(DESK, {"data": data})["missing"] == ""
+
+
+def test_a_change_to_a_recording_that_is_nowhere_says_so(show):
+    _, rest = show({"data": UNKNOWN})
+    assert not rest["ok"]
+    assert rest["missing"] == UNKNOWN
+    assert rest["recording"] is None
+    assert rest["errors"].keys() == {"data"}
+
+
+# With one ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_an_example_is_shown_whole(show, example, name):
+    updates, rest = show(data=example(name))
+    assert rest["ok"]
+    assert rest["recording"]["name"] == f"{name}.csv"
+    assert rest["stem"] == name
+    assert rest["recording"]["proposed"]
+    assert rest["recording"]["why"]
+    found = recorded(rest["controls"]["data"], rest["controls"]["reading"])
+    assert len(rest["rows"]["counts"]) == len(found.counts)
+    assert len(rest["rows"]["findings"]) == len(found.findings)
+    for update in updates:
+        assert {"data", "layout"} <= update.keys()
+
+
+def test_the_dirty_file_is_told_in_full(show, example):
+    _, rest = show(data=example("dirty"))
+    counts = {title: (int(count), done) for title, count, done in rest["rows"]["counts"]}
+    assert counts["Held position"] == (23, "Taken as missing.")
+    assert counts["Out of order"] == (3, "The row is moved to its place in time.")
+    lines = (RECORDINGS / "dirty.csv").read_text().splitlines()
+    for line, kind, reason in rest["rows"]["findings"]:
+        if kind == "Not a number":
+            assert reason.partition(": ")[2] in lines[int(line) - 1]
+    facts = dict(rest["rows"]["facts"])
+    assert facts["Interval"] == "constant, T = 1.00000 s, 4 gaps"
+    assert facts["Truth"] == "not known: innovations take its place"
+    _, kept = show({"read_held": "kept"}, data=example("dirty"))
+    assert ["Held position", "23", "Kept as they are."] in kept["rows"]["counts"]
+    assert not kept["recording"]["proposed"]
+
+
+def test_intervals_that_vary_and_other_tracks_are_told(show, example):
+    _, rest = show(data=example("irregular"))
+    facts = dict(rest["rows"]["facts"])
+    assert facts["Rows"] == "520, 220 of other tracks"
+    assert facts["Interval"].startswith("varies: 2.00 to 73.0 s, median 8.00 s")
+    assert rest["recording"]["tracks"] == [["211000101", 300], ["211000202", 220]]
+    assert rest["recording"]["roles"] == {"1": "Track", "2": "Time", "3": "Latitude", "4": "Longitude"}
+    assert rest["recording"]["fields"]["read_only"]
+
+
+HTML = "<img src=x onerror=alert(1)>"
+
+
+def test_names_ids_and_cells_are_text_and_reach_no_figure(show):
+    rows = "\n".join(f"{row},{row * row},{-row},{HTML if row % 3 else '=1+1'}" for row in range(60))
+    data = SHELF.keep(File(f"{HTML}.csv", f"{HTML},{HTML} x,y,{HTML} id\n{rows}\n".encode()))
+    moved = {"read_time": "1", "read_at1": "2", "read_at2": "3", "read_at3": "0", "read_track": "4"}
+    updates, rest = show(moved, data=data)
+    assert rest["ok"]
+    assert rest["recording"]["columns"][0] == [1, HTML]
+    assert rest["recording"]["tracks"][0] == [HTML, 40]
+    assert rest["recording"]["preview"]["rows"][1][1][3] == HTML
+    assert HTML not in json.dumps(updates)
+    assert rest["stem"] == "img-src-x-onerror-alert-1"
+
+
+def test_a_wide_table_shows_what_is_read_and_the_first_columns(show):
+    names = ",".join(f"c{number}" for number in range(1, 301))
+    rows = "\n".join(",".join(str(row * number % 97) for number in range(1, 301)) for row in range(1, 40))
+    data = SHELF.keep(File("wide.csv", f"{names}\n{rows}\n".encode()))
+    moved = {"read_time": "0", "read_at1": "299", "read_at2": "0", "read_at3": "0"}
+    _, rest = show(moved, data=data)
+    shown = rest["recording"]["preview"]["columns"]
+    assert shown == [*range(1, MOST_SHOWN + 1), 299]
+    assert rest["recording"]["preview"]["left"] == 300 - MOST_SHOWN - 1
+    assert len(rest["recording"]["columns"]) == 300
+
+
+def test_a_wrong_reading_still_shows_the_file_split_as_it_says(show, example):
+    _, rest = show({"read_delimiter": "semicolon"}, data=example("good"))
+    assert not rest["ok"]
+    assert rest["errors"].keys() == {"reading"}
+    assert rest["missing"] == ""
+    assert len(rest["recording"]["preview"]["rows"][0][1]) < 7
+    assert "," in rest["recording"]["columns"][0][1]
+    _, mended = show({"read_delimiter": "comma"}, data=example("good"))
+    assert mended["ok"]
+
+
+def test_a_reading_as_polar_names_its_columns(show, example):
+    _, rest = show({"read_frame": "polar"}, data=example("good"))
+    assert rest["recording"]["labels"]["read_at2"] == "Bearing"
+    assert rest["recording"]["fields"]["read_angle"]
+    assert dict(rest["rows"]["facts"])["Axes"] == "east, north"
+
+
+def test_files_are_read_in_a_thread(example, request_for):
+    stands = beginning(DESK, {"data": example("good")})["controls"]
+    assert desk._is_long(request_for(stands))
+    assert not desk._is_long(request_for(beginning(DESK, {})["controls"]))
+
+
+# Figures -------------------------------------------------------------------------------------------------------------
+
+
+def trace(figure, name):
+    return next(each for each in figure["data"] if each.get("name") == name)
+
+
+def values(packed):
+    return desk.coordinates(packed)
+
+
+def test_held_positions_lie_where_the_sensor_repeated_itself(show, example):
+    data = example("dirty")
+    updates, rest = show(data=data)
+    held = trace(updates[0], "Held")
+    found = recorded(data, rest["controls"]["reading"])
+    lines = [finding.line for finding in found.findings if finding.kind == "held"]
+    assert len(values(held["x"])) == len(lines) == 23
+    before = filled(found.positions)
+    for x, line in zip(values(held["x"]), sorted(lines), strict=True):
+        place = int(np.flatnonzero(found.lines == line)[0])
+        assert np.isnan(found.positions[place]).all()
+        assert x == pytest.approx(before[place, 0], rel=1e-6)
+
+
+def test_the_path_of_a_run_cut_short_has_no_marks_beyond_its_end(show, example):
+    updates, _ = show({"samples": "50"}, data=example("dirty"))
+    held = values(trace(updates[0], "Held")["x"])
+    smoothed = values(trace(updates[0], "Smoothed")["x"])
+    assert len(held) < 23
+    assert held.max(initial=0) <= np.nanmax(smoothed) + 1000
+
+
+def test_every_interval_between_rows_is_drawn(show, example):
+    data = example("irregular")
+    updates, rest = show(data=data)
+    found = recorded(data, rest["controls"]["reading"])
+    usual, gaps = (values(trace(updates[1], name)["y"]) for name in ("Interval", "Gap"))
+    assert np.sort(np.concatenate((usual, gaps))) == pytest.approx(np.sort(np.diff(found.times)), rel=1e-6)
+    assert len(gaps) == found.counts["gap"]
+
+
+def test_what_the_gate_refuses_lies_above_it(show, example):
+    data = example("dirty")
+    updates, _ = show({"gate": "5", "noise_std": "12, 12, 4"}, data=data)
+    figure = updates[2]
+    assert figure["layout"]["yaxis"]["title"]["text"] == "innovation (σ)"
+    assert trace(figure, "Gate")["y"] == [5, 5]
+    assert values(trace(figure, "Not believed")["y"]).min() > 5
+    gone = run_experiment(Experiment.from_dict({"data": data, "gate": 5, "noise_std": [12, 12, 4]})).track.rejected
+    assert len(values(trace(figure, "Not believed")["x"])) == int(gone.sum()) > 5
+    open_figure = show(data=data)[0][2]
+    assert open_figure["layout"]["yaxis"]["title"]["text"] == "innovation (m)"
+    assert not trace(open_figure, "Gate")["showlegend"]
+
+
+def test_a_change_of_the_gate_alone_moves_nothing_but_what_it_moves(show, example, request_for):
+    """Every plot answers a patch, or the page would wait for ever."""
+    stands = beginning(DESK, {"data": example("good")})["controls"]
+    _, rest = answer(DESK, request_for(stands))
+    updates, _ = answer(DESK, request_for(rest["controls"], {"xi": 0.3}, drawn=rest["drawn"]))
+    for update in updates:
+        assert update.to_plotly_json()["operations"]
+
+
+# The suggestion ------------------------------------------------------------------------------------------------------
+
+
+def study(**query):
+    asked, show = suggesting.begin({"query": urlencode(query), "theme": "light"})
+    *_, last = asked.stream()
+    return asked, show(last)
+
+
+def test_the_suggestion_is_used_by_one_click(show, example):
+    data = example("dirty")
+    _, shown = study(data=data)
+    controls = shown["offers"]["use"]["controls"]
+    assert list(controls) == ["order", "design", "tracking_index", "noise_std", "gate"]
+    _, before = show(data=data)
+    _, rest = show(controls, data=data)
+    assert rest["ok"]
+    for name, value in controls.items():
+        assert str(rest["controls"][name]) == str(value)
+    assert float(rest["cards"]["innovation_rmse"][0].split()[0]) < 0.1 * float(
+        before["cards"]["innovation_rmse"][0].split()[0]
+    )
+    assert "σ_w" not in shown["texts"]["why"]
+    assert [row[0] for row in shown["rows"]["estimates"]] == ["east", "north", "up"]
+
+
+def test_the_same_recording_under_another_filter_is_the_same_study(example):
+    data = example("good")
+    first, _ = study(data=data)
+    second, _ = study(data=data, design="kalata", order="2", tracking_index="0.3", gate="4")
+    assert first == second
+    assert hash(first) == hash(second)
+    fewer, _ = study(data=data, samples="200")
+    assert fewer != first
+
+
+def test_a_clean_recording_needs_no_gate(example):
+    _, shown = study(data=example("good"))
+    assert shown["offers"]["use"]["controls"]["gate"] == ""
+
+
+def test_without_a_recording_there_is_nothing_to_suggest():
+    with pytest.raises(InputError, match="needs a recording"):
+        suggesting.begin({"query": "", "theme": "light"})
+
+
+def test_too_few_measurements_are_refused(example):
+    data = SHELF.keep(File("few.csv", b"t,x\n" + b"".join(b"%d,%d\n" % (row, row) for row in range(6))))
+    asked, _ = suggesting.begin({"query": urlencode({"data": data}), "theme": "light"})
+    with pytest.raises(InputError):
+        list(asked.stream())
