@@ -20,7 +20,7 @@ from layouts.uploads import attachment, refusal
 from tracker_core import Experiment, InputError, Result, run_experiment
 from tracker_core.checks import check_choice
 from tracker_core.experiment import read_experiment
-from tracker_core.exports import write_track
+from tracker_core.exports import Part, run_parts, run_summary, track_columns, write_archive, write_json, write_track
 from tracker_core.fields import FIELDS
 from tracker_core.measured import recorded
 from tracker_core.recordings import KINDS
@@ -83,9 +83,28 @@ def write_findings(result: Result, stream: TextIO) -> None:
         writer.writerow((finding.line, kind.title, f"found: {finding.text}", kind.done))
 
 
+def write_all(result: Result, stream: IO[bytes], link: str) -> None:
+    """Everything in one zip: the track, its metrics, the experiment, the findings, and the filter as code."""
+    parts = run_parts(result, gate=result.gate, origin=link)
+    if result.experiment.data is not None:
+        findings = io.StringIO(newline="")
+        write_findings(result, findings)
+        parts.append(Part("findings.csv", findings.getvalue().encode(), "What was found in the file, by line."))
+    write_archive(stream, parts)
+
+
+_CSV, _JSON = "text/csv; charset=utf-8", "application/json"
+
 EXPORTS: dict[str, Export] = {
-    "track.csv": Export("track.csv", "text/csv; charset=utf-8", _as_text(write_track)),
-    "findings.csv": Export("findings.csv", "text/csv; charset=utf-8", _as_text(write_findings)),
+    export.name: export
+    for export in (
+        Export(ALL, "application/zip", write_all),
+        Export("track.csv", _CSV, _as_text(write_track)),
+        Export("track.json", _JSON, _as_text(lambda result, stream: write_json(track_columns(result), stream))),
+        Export("metrics.json", _JSON, _as_text(lambda result, stream: write_json(run_summary(result), stream))),
+        Export("experiment.json", _JSON, _as_text(lambda result, out: write_json(result.experiment.to_dict(), out))),
+        Export("findings.csv", _CSV, _as_text(write_findings)),
+    )
 }
 
 

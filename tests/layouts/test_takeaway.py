@@ -1,0 +1,193 @@
+"""Results out over HTTP: the same run as the page's, whole, in pieces, or refused with a reason."""
+
+import asyncio
+import csv
+import io
+import json
+import subprocess
+import sys
+import threading
+import time
+import zipfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from layouts import pipe, takeaway
+from layouts.pipe import PIECE, Pipe, piped
+from layouts.text import file_stem
+from tracker_core import Experiment, run_experiment
+from tracker_core.measured import SHELF, File
+
+RECORDINGS = Path(__file__).parents[2] / "assets" / "recordings"
+
+
+@pytest.fixture
+def dirty():
+    return SHELF.keep(File("dirty landing <b>.csv", (RECORDINGS / "dirty.csv").read_bytes()))
+
+
+def filter_of(data):
+    return {"data": data, "design": "steady-kalman", "tracking_index": "0.0026", "noise_std": "12,12,4", "gate": "4"}
+
+
+def ask(http, path, **query):
+    return http("GET", path, params=query)
+
+
+def test_the_track_is_the_page_s(http, dirty):
+    answer = ask(http, "/export/track.csv", **filter_of(dirty), quantity="velocity", pin1="kalata,tracking_index:1")
+    assert answer.status_code == 200
+    assert answer.headers["content-type"] == "text/csv; charset=utf-8"
+    assert answer.headers["content-disposition"].startswith('attachment; filename="dirty-landing-b-track.csv"')
+    table = list(csv.DictReader(io.StringIO(answer.text)))
+    track = run_experiment(Experiment.from_dict(filter_of(dirty))).track
+    got = np.array([float(row["north_smoothed"] or "nan") for row in table])
+    np.testing.assert_array_equal(got, track.smoothed[:, 1, 0])
+
+
+def test_the_json_files_are_json(http, dirty):
+    query = filter_of(dirty)
+    result = run_experiment(Experiment.from_dict(query))
+    got = {name: ask(http, f"/export/{name}.json", **query).json() for name in ("track", "metrics", "experiment")}
+    assert Experiment.from_dict(got["experiment"]) == result.experiment
+    assert got["metrics"]["rejected"] == int(result.track.rejected.sum())
+    assert len(got["track"]["time"]) == 420
+
+
+def test_findings_are_listed_with_their_lines(http, dirty):
+    answer = ask(http, "/export/findings.csv", **filter_of(dirty))
+    rows = list(csv.reader(io.StringIO(answer.text)))
+    assert rows[0] == ["line", "kind", "reason", "what is done"]
+    assert all(cell[:1] not in "=+-@" for row in rows for cell in row if not cell.isdecimal())
+    refused = ask(http, "/export/findings.csv", xi="0.5")
+    assert (refused.status_code, refused.json()["field"]) == (422, "data")
+
+
+def test_the_zip_holds_a_filter_that_tests_itself(http, dirty, tmp_path):
+    answer = ask(http, "/export.zip", **filter_of(dirty))
+    assert answer.headers["content-type"] == "application/zip"
+    assert answer.content == ask(http, "/export.zip", **filter_of(dirty)).content
+    with zipfile.ZipFile(io.BytesIO(answer.content)) as archive:
+        assert archive.testzip() is None
+        assert {"track.csv", "metrics.json", "experiment.json", "findings.csv", "README.txt"} <= {*archive.namelist()}
+        assert json.loads(archive.read("experiment.json"))["data"] == dirty
+        assert dirty in archive.read("README.txt").decode()
+        archive.extractall(tmp_path)
+    ran = subprocess.run([sys.executable, tmp_path / "filter" / "tuned_filter.py"], timeout=60, check=False)
+    assert ran.returncode == 0
+
+
+def test_a_simulated_target_goes_out_as_well(http):
+    answer = ask(http, "/export.zip", xi="0.5", samples="40")
+    with zipfile.ZipFile(io.BytesIO(answer.content)) as archive:
+        assert "findings.csv" not in archive.namelist()
+
+
+@pytest.mark.parametrize(
+    ("path", "query", "status", "field"),
+    [
+        ("/export.zip", {"xi": "2"}, 422, "xi"),
+        ("/export.zip", {"data": "f" * 32}, 422, "data"),
+        ("/export.zip", {"data": "nonsense"}, 422, "data"),
+        ("/export/track.csv", {"samples": "1e9"}, 422, "samples"),
+        ("/export/nothing.csv", {}, 404, "export"),
+        ("/export/all.zip", {"order": "7"}, 422, "order"),
+    ],
+)
+def test_what_cannot_be_run_names_the_field(http, path, query, status, field):
+    answer = ask(http, path, **query)
+    assert answer.status_code == status
+    assert answer.json()["field"] == field
+    assert answer.json().keys() == {"field", "rule", "received", "message"}
+
+
+def test_too_many_waiting_are_refused(http, monkeypatch):
+    monkeypatch.setattr(takeaway, "MOST_WAITING", 0)
+    assert ask(http, "/export/track.csv").status_code == 503
+
+
+@pytest.mark.parametrize(
+    ("title", "stem"),
+    [
+        ("dirty.csv", "dirty"),
+        ("log 2024-05-04.csv.gz", "log-2024-05-04"),
+        ("../../etc/passwd", "etc-passwd"),
+        ("<img src=x>.CSV", "img-src-x"),
+        ("Höhenflug über Köln.txt", "Hohenflug-uber-Koln"),
+        ("日本", "gainscope"),
+        (".csv", "gainscope"),
+        ("x" * 100, "x" * 40),
+    ],
+)
+def test_names_of_files_suit_any_system(title, stem):
+    assert file_stem(title) == stem
+
+
+# The pipe ------------------------------------------------------------------------------------------------------------
+
+
+def through(write, stop_after=None):
+    """What comes out of a pipe, and what it was written by."""
+
+    async def run():
+        with ThreadPoolExecutor(1) as pool:
+            pieces = await piped(pool, write)
+            got = []
+            async for piece in pieces:
+                got.append(piece)
+                if stop_after is not None and len(got) == stop_after:
+                    await pieces.aclose()
+                    break
+            return got
+
+    return asyncio.run(run())
+
+
+@pytest.mark.parametrize("size", [0, 1, PIECE - 1, PIECE, PIECE + 1, 20 * PIECE + 3])
+def test_what_goes_in_comes_out_in_small_pieces(size):
+    content = np.random.default_rng(1).bytes(size)
+
+    def write(stream):
+        for start in range(0, size, 100_000):
+            stream.write(content[start : start + 100_000])
+
+    got = through(write)
+    assert b"".join(got) == content
+    assert all(len(piece) < PIECE + 100_000 for piece in got)
+
+
+def test_a_failure_reaches_the_reader_before_and_after_the_first_piece():
+    def at_once(stream):
+        raise ZeroDivisionError
+
+    def later(stream):
+        stream.write(bytes(3 * PIECE))
+        raise ZeroDivisionError
+
+    for write in (at_once, later):
+        with pytest.raises(ZeroDivisionError):
+            through(write)
+
+
+def test_a_reader_that_goes_away_ends_the_writing():
+    ended = threading.Event()
+
+    def write(stream):
+        try:
+            while True:
+                stream.write(bytes(PIECE))
+        finally:
+            ended.set()
+
+    assert len(through(write, stop_after=2)) == 2
+    assert ended.wait(20)
+
+
+def test_a_reader_that_takes_nothing_is_given_up(monkeypatch):
+    monkeypatch.setattr(pipe, "STALLED", 0.02)
+    stuck, began = Pipe(), time.monotonic()
+    stuck.fill(lambda stream: [stream.write(bytes(PIECE)) for _ in range(100)])
+    assert time.monotonic() - began < 20
