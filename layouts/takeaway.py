@@ -85,7 +85,7 @@ def write_findings(result: Result, stream: TextIO) -> None:
 
 def write_all(result: Result, stream: IO[bytes], link: str) -> None:
     """Everything in one zip: the track, its metrics, the experiment, the findings, and the filter as code."""
-    parts = run_parts(result, gate=result.gate, origin=link)
+    parts = run_parts(result, origin=link)
     if result.experiment.data is not None:
         findings = io.StringIO(newline="")
         write_findings(result, findings)
