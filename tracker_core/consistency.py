@@ -16,7 +16,7 @@ import numpy as np
 
 from tracker_core.checks import POSITIVE, Domain, InputError
 from tracker_core.conventions import Gains
-from tracker_core.gating import INDEX, WIDTH, Gate
+from tracker_core.gating import INDEX, UNKNOWN, WIDTH, Gate
 from tracker_core.motion import transition
 from tracker_core.optimal import distance_from_optimal, process_input
 from tracker_core.responses import steady_covariance
@@ -27,6 +27,10 @@ DEGREES = Domain(1, 1e7)
 LEVELS = Domain(1e-6, 0.999999)
 SQUARE = Domain(0)
 TRACKING_INDEX = Domain(0, 1e6)
+LIBERAL = 30.0
+"""How much wider a gate is at the start than the filter's steady state; of right measurements it then refuses hardly
+more than with any greater number."""
+
 AXES = Domain(1, 1000, whole=True)
 
 
@@ -138,7 +142,8 @@ def default_gate(gains: Gains, sensor_std: tuple[float, ...], interval: float, w
     """A gate that expects of a filter what the model that suits its gains best makes it do.
 
     The model is that of `tracker_core.optimal.distance_from_optimal`; for unstable gains, which none suits, the target
-    keeps its highest derivative.
+    keeps its highest derivative. What a start leaves at zero is taken to be LIBERAL times as uncertain as the filter's
+    steady state: were it known no better than UNKNOWN, a smooth filter's gate would stand open for a hundred samples.
 
     Args:
         gains: of the filter.
@@ -151,9 +156,11 @@ def default_gate(gains: Gains, sensor_std: tuple[float, ...], interval: float, w
     """
     try:
         index = distance_from_optimal(gains).tracking_index
+        steady = np.sqrt(np.diag(model_covariance(gains, index).smoothed))
     except InputError:
-        index = 0.0
-    return Gate(width, sensor_std, index, interval)
+        return Gate(width, sensor_std, 0.0, interval)
+    unknown = np.clip(LIBERAL * steady, np.finfo(float).tiny, UNKNOWN)
+    return Gate(width, sensor_std, index, interval, tuple(unknown.tolist()))
 
 
 def reject_probability(width: float, axes: int) -> float:

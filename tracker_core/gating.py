@@ -15,8 +15,8 @@ velocity (order 2, G = [t^2/2, t] w, variance of w times T/t), of the accelerati
 the jerk (order 4, G = [t^3/6, t^2/2, t, 1] w, variance of w times t/T).
 
 The start. A derivative that the first measurements give has their least squares covariance; one that the start leaves
-at zero is unknown, with a standard deviation of UNKNOWN sensor_std/T^i; a given state has no error. The gate watches
-from the first sample that every axis predicts, while an expanding memory still grows too.
+at zero is unknown, with a standard deviation of UNKNOWN sensor_std/T^i or less, see `Gate.unknown`; a given state has
+no error. The gate watches from the first sample that every axis predicts, while an expanding memory still grows too.
 
 A track that is wrong itself, after a jump of the target or by an outlier among the first samples, must be able to find
 its way back. While nothing is believed P grows by the model alone, which after a large jump takes thousands of samples.
@@ -51,6 +51,8 @@ class Gate:
         sensor_std: standard deviation of the measurements, m, > 0; one number, or one per axis.
         tracking_index: of the model on which the innovation's covariance is taken, 0 to a million.
         interval: that the tracking index belongs to, s, > 0.
+        unknown: standard deviation of each derivative i that a start leaves at zero, in sensor_std/T^i, > 0, one for
+            every state; empty for UNKNOWN of each.
 
     Raises:
         InputError: for a number outside its domain.
@@ -60,6 +62,7 @@ class Gate:
     sensor_std: tuple[float, ...]
     tracking_index: float
     interval: float
+    unknown: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         WIDTH.check("width", self.width)
@@ -69,6 +72,18 @@ class Gate:
             POSITIVE.check("sensor_std", value)
         INDEX.check("tracking_index", self.tracking_index)
         POSITIVE.check("interval", self.interval)
+        for value in self.unknown:
+            POSITIVE.check("unknown", value)
+
+    def unknown_stds(self, order: int) -> tuple[float, ...]:
+        """`unknown` for a filter of an order.
+
+        Raises:
+            InputError: where there is another number of them.
+        """
+        if self.unknown and len(self.unknown) != order:
+            raise InputError("unknown", f"must be {order} numbers, or none", self.unknown)
+        return self.unknown or (UNKNOWN,) * order
 
     def stds(self, axes: int) -> tuple[float, ...]:
         """The standard deviation of every axis.
@@ -135,7 +150,7 @@ def gated_run(
         begins,
         np.array([first.growing for first in firsts]),
         np.array([first.covariance() for first in firsts]),
-        np.array([_uncertainty(first.covariance(), len(first.weights), start, gate.interval) for first in firsts]),
+        np.array([_uncertainty(first.covariance(), len(first.weights), start, gate) for first in firsts]),
         sensor,
         float(gate.width),
         gate.noise_variance(len(g)),
@@ -151,9 +166,10 @@ def gated_run(
     return int(stop), spread, rejected
 
 
-def _uncertainty(covariance: FloatArray, points: int, start: str, interval: float) -> FloatArray:
+def _uncertainty(covariance: FloatArray, points: int, start: str, gate: Gate) -> FloatArray:
     """The covariance of a state's errors with what its first measurements do not give."""
     if start != "known":
+        stds = gate.unknown_stds(len(covariance))
         for i in range(points, len(covariance)):
-            covariance[i, i] = (UNKNOWN / interval**i) ** 2
+            covariance[i, i] = (stds[i] / gate.interval**i) ** 2
     return covariance

@@ -145,6 +145,37 @@ def test_the_covariance_of_the_start():
     assert np.isnan(track.spread[:2]).all()
 
 
+def test_what_the_start_leaves_at_zero_can_be_said():
+    """The covariance follows the numbers that are given, and no others than one for every state are taken."""
+    z = np.random.default_rng(0).normal(size=(5, 1))
+    told = Gate(4.0, (2.0,), 0.0, 0.5, (9.0, 9.0, 0.25))
+    track = run_filter(Measurements(np.arange(5) * 0.5, z, 0.5), GAINS[3], gate=told)
+    p = np.zeros((3, 3))
+    p[:2, :2] = [[1, 2], [2, 8]]
+    p[2, 2] = (0.25 / 0.25) ** 2
+    f = np.array([[1, 0.5, 0.125], [0, 1, 0.5], [0, 0, 1]])
+    assert track.spread[2, 0] == pytest.approx(2 * math.sqrt((f @ p @ f.T)[0, 0] + 1), rel=1e-14)
+    for wrong in ((1.0,), (1.0, 1.0), (1.0, 1.0, 0.0), (1.0, 1.0, math.nan)):
+        with pytest.raises(InputError, match="unknown"):
+            run_filter(Measurements(np.arange(5) * 0.5, z, 0.5), GAINS[3], gate=Gate(4.0, (2.0,), 0.0, 0.5, wrong))
+
+
+@pytest.mark.parametrize(("order", "index"), [(3, 1e-3), (3, 0.1), (4, 1e-3)])
+def test_the_usual_gate_of_a_smooth_filter_closes_soon(order, index):
+    """A start that knows less than the steady state by far would leave it open over the filter's whole memory."""
+    gains = Gains.normalised(optimal_gains(order, index))
+    usual = default_gate(gains, (2.0,), 1.0, 4.0)
+    open_gate = Gate(4.0, (2.0,), usual.tracking_index, 1.0)
+    z = recording(1, 300, gaps=0, outliers=0)
+
+    def wide(gate):
+        spread = run_filter(z, gains, gate=gate).spread[:, 0]
+        return int((spread > 1.5 * spread[-1]).sum())
+
+    assert wide(usual) < wide(open_gate)
+    assert max(usual.unknown) <= UNKNOWN
+
+
 @pytest.mark.parametrize("order", ORDERS)
 def test_least_squares_expects_what_it_makes(order):
     """On a target that keeps its highest derivative the variance is that of a polynomial extrapolated by one sample."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from tracker_core.exports.code.head import begin_sentence, head, leaves
 from tracker_core.exports.code.template import comment, render
 from tracker_core.exports.code.tuned import TunedFilter
-from tracker_core.gating import DOUBT, PATIENCE, UNKNOWN
+from tracker_core.gating import DOUBT, PATIENCE
 from tracker_core.types import FloatArray
 
 
@@ -144,7 +144,7 @@ def _parts(tuned: TunedFilter, language: Language) -> dict[str, str]:
             "sensor_std": language.numbers(gate.stds(len(tuned.axes))),
             "noise_variance": number(gate.noise_variance(order)),
             "noise_interval": number(gate.interval),
-            "unknown": number(UNKNOWN),
+            "unknown": language.numbers(gate.unknown_stds(order)),
             "patience": str(PATIENCE),
             "doubt": number(DOUBT),
         }
