@@ -163,7 +163,9 @@ def test_the_bound_itself_is_taken(ask, store):
     assert put(ask, server_for(store), content + b"\n").status_code == 413
 
 
-@pytest.mark.parametrize("content", [b"", b"\x00\x01\x02" * 99, b"%PDF-1.4\n", gzip.compress(TEXT, mtime=0)[:40], b"\n\n\n"])
+@pytest.mark.parametrize(
+    "content", [b"", b"\x00\x01\x02" * 99, b"%PDF-1.4\n", gzip.compress(TEXT, mtime=0)[:40], b"\n\n\n"]
+)
 @pytest.mark.parametrize("keep", ["store", "browser"])
 def test_what_is_no_table_is_not_kept(ask, shelf, store, content, keep):
     answer = put(ask, server_for(store), content, keep=keep)
