@@ -20,7 +20,16 @@ from layouts.uploads import attachment, refusal
 from tracker_core import Experiment, InputError, Result, run_experiment
 from tracker_core.checks import check_choice
 from tracker_core.experiment import read_experiment
-from tracker_core.exports import Part, run_parts, run_summary, track_columns, write_archive, write_json, write_track
+from tracker_core.exports import (
+    Part,
+    run_parts,
+    run_summary,
+    track_columns,
+    write_archive,
+    write_columns,
+    write_json,
+    write_track,
+)
 from tracker_core.fields import FIELDS
 from tracker_core.measured import recorded
 from tracker_core.recordings import KINDS
@@ -87,9 +96,7 @@ def write_all(result: Result, stream: IO[bytes], link: str) -> None:
     """Everything in one zip: the track, its metrics, the experiment, the findings, and the filter as code."""
     parts = run_parts(result, origin=link)
     if result.experiment.data is not None:
-        findings = io.StringIO(newline="")
-        write_findings(result, findings)
-        parts.append(Part("findings.csv", findings.getvalue().encode(), "What was found in the file, by line."))
+        parts.append(Part("findings.csv", partial(write_findings, result), "What was found in the file, by line."))
     write_archive(stream, parts)
 
 
@@ -100,7 +107,7 @@ EXPORTS: dict[str, Export] = {
     for export in (
         Export(ALL, "application/zip", write_all),
         Export("track.csv", _CSV, _as_text(write_track)),
-        Export("track.json", _JSON, _as_text(lambda result, stream: write_json(track_columns(result), stream))),
+        Export("track.json", _JSON, _as_text(lambda result, stream: write_columns(track_columns(result), stream))),
         Export("metrics.json", _JSON, _as_text(lambda result, stream: write_json(run_summary(result), stream))),
         Export("experiment.json", _JSON, _as_text(lambda result, out: write_json(result.experiment.to_dict(), out))),
         Export("findings.csv", _CSV, _as_text(write_findings)),

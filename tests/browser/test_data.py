@@ -143,9 +143,9 @@ def test_what_stays_in_the_browser_survives_a_server_that_has_forgotten_it(open_
         query = page.url.partition("?")[2]
         page.goto("about:blank")
     with server(GAINSCOPE_PORT=str(port)):
-        page.goto(f"http://127.0.0.1:{port}/stability?{query}")
+        page.goto(f"http://127.0.0.1:{port}/?{query}")
         # The browser sends it by itself, and the page is built anew.
-        expect(page.locator("#stability-scenario")).to_have_value("recording")
+        expect(page.locator("#explore-scenario")).to_have_value("recording")
         settle(page)
         assert f"data={data}" in page.url
         expect(page.locator("#missing-recording")).to_be_hidden()

@@ -13,7 +13,17 @@ import numpy as np
 import pytest
 
 from tracker_core import Experiment, Gate, InputError, Truth, run_experiment, run_filter
-from tracker_core.exports import Part, run_parts, run_summary, track_columns, write_archive, write_json, write_track
+from tracker_core.exports import (
+    Part,
+    run_parts,
+    run_summary,
+    track_columns,
+    write_archive,
+    write_columns,
+    write_json,
+    write_track,
+)
+from tracker_core.exports.summary import PIECE
 
 EXPERIMENTS = [
     {"scenario": "garg-constant-velocity"},
@@ -148,6 +158,22 @@ def test_json_knows_neither_nan_nor_infinity():
     write_json({"a": [math.nan, math.inf, -math.inf, 1.5], "b": (np.float64("nan"), np.int64(3)), "é": None}, stream)
     assert json.loads(stream.getvalue()) == {"a": [None, None, None, 1.5], "b": [None, 3], "é": None}
     assert "é" in stream.getvalue()
+
+
+@pytest.mark.parametrize("rows", [0, 1, PIECE - 1, PIECE, PIECE + 1, 2 * PIECE + 7])
+def test_long_columns_are_written_in_pieces_and_read_as_a_whole(rows):
+    columns = {"a": np.arange(rows), 'é "b"': np.where(np.arange(rows) % 3, np.arange(rows) / 7, np.nan)}
+    stream = io.StringIO()
+    write_columns(columns, stream)
+    read = json.loads(stream.getvalue())
+    assert read["a"] == list(range(rows))
+    assert read['é "b"'] == [row / 7 if row % 3 else None for row in range(rows)]
+
+
+def test_no_columns_are_an_empty_object():
+    stream = io.StringIO()
+    write_columns({}, stream)
+    assert json.loads(stream.getvalue()) == {}
 
 
 # One zip -----------------------------------------------------------------------------------------------------------

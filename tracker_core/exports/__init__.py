@@ -2,7 +2,7 @@
 
 from tracker_core.exports.archive import Part, run_parts, write_archive
 from tracker_core.exports.code import TunedFilter, sources, tuned_filter
-from tracker_core.exports.summary import found_in, gains_dict, run_summary, write_json
+from tracker_core.exports.summary import found_in, gains_dict, run_summary, write_columns, write_json
 from tracker_core.exports.track import track_columns, write_track
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "track_columns",
     "tuned_filter",
     "write_archive",
+    "write_columns",
     "write_json",
     "write_track",
 ]

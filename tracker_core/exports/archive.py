@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from io import StringIO
-from typing import IO
+from functools import partial
+from io import TextIOWrapper
+from typing import IO, TextIO
 
 from tracker_core.checks import InputError
 from tracker_core.exports.code.sources import FILES, sources
 from tracker_core.exports.code.template import harmless
 from tracker_core.exports.code.tuned import tuned_filter
-from tracker_core.exports.summary import run_summary, write_json
+from tracker_core.exports.summary import run_summary, write_columns, write_json
 from tracker_core.exports.track import track_columns, write_track
 from tracker_core.run import Result
 
@@ -26,12 +27,12 @@ class Part:
 
     Attributes:
         name: its path in the archive, with forward slashes.
-        content: its bytes.
+        content: its bytes, or what writes its text; a long one never stands in memory as a whole.
         sentence: what it is, for the README.
     """
 
     name: str
-    content: bytes
+    content: bytes | Callable[[TextIO], None]
     sentence: str
 
 
@@ -45,18 +46,20 @@ def run_parts(result: Result, *, title: str = "", origin: str = "") -> list[Part
     Returns:
         The parts. A filter whose gains a method chooses as it runs cannot be exported: the README says so.
     """
-    table, columns, metrics, experiment = StringIO(newline=""), StringIO(), StringIO(), StringIO()
-    write_track(result, table)
-    write_json(track_columns(result), columns)
-    write_json(run_summary(result), metrics)
-    write_json(result.experiment.to_dict(), experiment)
+    columns, summary, experiment = track_columns(result), run_summary(result), result.experiment.to_dict()
     parts = [
-        _part("track.csv", table.getvalue(), "The track, one row a sample; empty cells where nothing is known."),
-        _part("track.json", columns.getvalue(), "The same by columns; null where nothing is known."),
-        _part("metrics.json", metrics.getvalue(), "Gains, stability and figures of merit, jointly and per axis."),
-        _part(
+        Part(
+            "track.csv",
+            partial(write_track, result),
+            "The track, one row a sample; empty cells where nothing is known.",
+        ),
+        Part("track.json", partial(write_columns, columns), "The same by columns; null where nothing is known."),
+        Part(
+            "metrics.json", partial(write_json, summary), "Gains, stability and figures of merit, jointly and per axis."
+        ),
+        Part(
             "experiment.json",
-            experiment.getvalue(),
+            partial(write_json, experiment),
             "What was run. To repeat it: python -m tracker_core run --experiment experiment.json",
         ),
     ]
@@ -86,7 +89,13 @@ def write_archive(stream: IO[bytes], parts: Sequence[Part]) -> None:
             entry.compress_type = zipfile.ZIP_DEFLATED
             # A plain file that everybody may read, from whatever system it comes.
             entry.create_system, entry.external_attr = 3, 0o100644 << 16
-            archive.writestr(entry, part.content)
+            if isinstance(part.content, bytes):
+                archive.writestr(entry, part.content)
+                continue
+            with archive.open(entry, "w") as stored:
+                text = TextIOWrapper(stored, "utf-8", "replace", newline="")
+                part.content(text)
+                text.detach()
 
 
 def _part(name: str, text: str, sentence: str) -> Part:

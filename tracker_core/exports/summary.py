@@ -13,7 +13,10 @@ from tracker_core.conventions import Gains
 from tracker_core.experiment import Experiment
 from tracker_core.measured import recorded
 from tracker_core.run import Result
-from tracker_core.types import GAIN_NAMES
+from tracker_core.types import GAIN_NAMES, FloatArray, IntArray
+
+PIECE = 5_000
+"""Rows of a long table that stand in memory as text at a time."""
 
 
 def run_summary(result: Result) -> dict[str, Any]:
@@ -66,6 +69,20 @@ def write_json(value: Any, stream: TextIO) -> None:
     """Write plain data and arrays as JSON: every digit, and null for what is not a finite number."""
     json.dump(_plain(value), stream, indent=2, ensure_ascii=False, allow_nan=False)
     stream.write("\n")
+
+
+def write_columns(columns: Mapping[str, FloatArray | IntArray], stream: TextIO) -> None:
+    """Write long columns of equal standing as one JSON object, a column a line: as `write_json`, but piece by piece."""
+    for index, (name, column) in enumerate(columns.items()):
+        stream.write(f"{',' if index else '{'}\n{json.dumps(name, ensure_ascii=False)}: [")
+        for start in range(0, len(column), PIECE):
+            part = column[start : start + PIECE]
+            values = part.tolist()
+            if not np.isfinite(part).all():
+                values = [value if isfinite(value) else None for value in values]
+            stream.write(f"{', ' if start else ''}{json.dumps(values, allow_nan=False)[1:-1]}")
+        stream.write("]")
+    stream.write("\n}\n" if columns else "{}\n")
 
 
 def _plain(value: Any) -> Any:

@@ -8,6 +8,7 @@ from typing import TextIO
 import numpy as np
 
 from tracker_core.conventions import CONVENTIONS
+from tracker_core.exports.summary import PIECE
 from tracker_core.run import Result
 from tracker_core.types import GAIN_NAMES, STATE_NAMES, FloatArray, IntArray
 
@@ -46,5 +47,7 @@ def write_track(result: Result, stream: TextIO) -> None:
     columns = track_columns(result)
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(columns)
-    for row in zip(*(column.tolist() for column in columns.values()), strict=True):
-        writer.writerow(["" if value != value else repr(value) for value in row])
+    for start in range(0, len(result.truth.times), PIECE):
+        piece = (column[start : start + PIECE].tolist() for column in columns.values())
+        for row in zip(*piece, strict=True):
+            writer.writerow(["" if value != value else repr(value) for value in row])
