@@ -180,7 +180,9 @@
     displaylogo: false,
     responsive: true,
     scrollZoom: false,
-    modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
+    // As in layouts/components.py.
+    modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d", "sendChartToCloud"],
+    plotlyServerURL: "",
   };
 
   // ------------------------------------------------------------------ hands

@@ -19,7 +19,7 @@ from layouts.incoming import MEGABYTE, Incoming, too_large
 from layouts.live import same_origin
 from layouts.text import error_text
 from tracker_core.checks import InputError, check_choice, show
-from tracker_core.measured import SHELF, File, clean_name, fetch
+from tracker_core.measured import SHELF, File, clean_name, fetch, proposed
 from tracker_core.recordings import look
 
 MOST_BYTES = 10 * MEGABYTE
@@ -153,9 +153,13 @@ class Uploads:
         content = incoming.content()
         _check_table(content)
         if store is not None:
-            return store.keep(incoming)
-        file = File(clean_name(name), content)
-        SHELF.keep(file)
+            file = store.keep(incoming)
+        else:
+            file = File(clean_name(name), content)
+            SHELF.keep(file)
+        # The page asks for it at once, and a large one takes seconds: here nobody waits for anything else.
+        with contextlib.suppress(InputError):
+            proposed(file.data)
         return file
 
     def _check_length(self, request: Request) -> None:

@@ -25,18 +25,9 @@ def tracked(z, gains, interval=1.0, steps=None):
     return run_filter(measurements, gains), measurements
 
 
-@dataclasses.dataclass(frozen=True)
-class Gated:
-    """A track of which some samples were rejected."""
-
-    predicted: np.ndarray
-    smoothed: np.ndarray
-    innovation: np.ndarray
-    rejected: np.ndarray
-
-
 def gated(track, rejected):
-    return Gated(track.predicted, track.smoothed, track.innovation, rejected)
+    """The track with some samples rejected."""
+    return dataclasses.replace(track, rejected=rejected)
 
 
 # A filter that fits, and filters that do not -----------------------------------------------------------------------
@@ -91,7 +82,7 @@ def test_figures_by_plain_sums(z, data):
     innovation[np.isnan(z)] = NAN
     rejected = np.array(data.draw(st.lists(st.booleans(), min_size=n, max_size=n)))
     smoothed = np.random.default_rng(0).normal(size=(n, 2, 2))
-    track = Gated(smoothed, smoothed, innovation, rejected)
+    track = Track(smoothed, smoothed, innovation, 0, None, 1e12, rejected)
     found = examine(track, Measurements(np.arange(n) * 2.0, z, 2.0), Gains((0.5, 0.2)), skip=0)
     kept = [e for e, out in zip(innovation.tolist(), rejected, strict=True) if not out]
     lengths = [math.hypot(*e) for e in kept if not any(map(math.isnan, e))]

@@ -75,8 +75,10 @@ def test_warming_up_runs_every_order_and_start(monkeypatch):
 
     def run(experiment):
         assert isinstance(experiment, Experiment)
-        assert not app.READY.is_set()
-        runs.append((experiment.order, experiment.start))
+        # What only some need is compiled later.
+        assert app.READY.is_set() == (experiment.gate is not None)
+        if experiment.gate is None:
+            runs.append((experiment.order, experiment.start))
 
     monkeypatch.setattr(app, "run_experiment", run)
     app.warm_up()

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import layouts
-from layouts.components import select_field, table
+from layouts.components import GRAPH_CONFIG, select_field, table
 from layouts.desk import answer, beginning, live_answer
 from layouts.figures.handles import gains_handle, pole_handles
 from layouts.filter_card import SLIDERS
@@ -493,3 +493,12 @@ def test_every_field_of_what_is_passed_around_is_explained():
                 # Several of a kind may share a line.
                 missing = [field for field in fields if not re.search(rf"\b{field}(, \w+)*:", doc) and len(fields) > 3]
                 assert missing == [], f"{path.name}: {name}"
+
+
+def test_no_plot_offers_to_send_itself_to_another_server():
+    assert "sendChartToCloud" in GRAPH_CONFIG["modeBarButtonsToRemove"]
+    assert GRAPH_CONFIG["plotlyServerURL"] == ""
+    config = script("study.js").partition("const CONFIG = {")[2].partition("};")[0]
+    buttons = re.search(r"modeBarButtonsToRemove: (\[.*?\])", config)[1]
+    assert json.loads(buttons) == GRAPH_CONFIG["modeBarButtonsToRemove"]
+    assert 'plotlyServerURL: ""' in config
