@@ -18,6 +18,10 @@ GREAT = 10
 STEM_LENGTH = 40
 
 
+RARE = ("Whiteness, p",)
+RAREST = 1e-4
+"""Probabilities that are told to be less than this when they are."""
+
 LABELS = {
     "limit_noise": "Greatest noise gain",
     "limit_lag": "Greatest lag",
@@ -69,6 +73,8 @@ def metric_text(metric: Metric, value: float | None) -> str:
     """A metric with its unit; a dash where it is not defined."""
     if value is None:
         return "–"
+    if metric.title in RARE and value < RAREST:
+        return f"< {RAREST:.4f}"
     digits = 4 if abs(value) >= 0.01 else 3
     return f"{significant(value, digits)} {metric.unit}".rstrip()
 

@@ -105,6 +105,7 @@ def examine(
     *,
     sensor_std: tuple[float, ...] | None = None,
     tracking_index: float | None = None,
+    spread: FloatArray | None = None,
     skip: int | None = None,
     lags: int | None = None,
 ) -> Evidence:
@@ -115,8 +116,9 @@ def examine(
         measurements: what it saw.
         gains: of the filter.
         sensor_std: one for all axes or one per axis, m; there is no NIS without it, nor where one of them is 0.
-        tracking_index: of the model, at the interval of the measurements; no NIS without it. Where the intervals
-            vary, the innovations' variance is still taken to be the steady one.
+        tracking_index: of the model, at the interval of the measurements; no NIS without it.
+        spread: standard deviation of every innovation on the model, shape (n_samples, n_axes), m, which NIS and
+            whiteness measure by; None for the steady one, which is right at a constant interval alone.
         skip: samples at the start that bias, NIS and whiteness leave out; by default those after which 5 % are left
             of what the filter was started with, a fifth of all at most.
         lags: of the autocorrelations; by default 20, or a fifth of the innovations.
@@ -127,9 +129,14 @@ def examine(
     samples, count = track.innovation.shape
     rejected: BoolArray = np.zeros(samples, dtype=bool) if track.rejected is None else track.rejected
     innovation = track.believed
-    late = innovation[_settled(gains, samples) if skip is None else int(SKIP.check("skip", skip)) :]
+    begin = _settled(gains, samples) if skip is None else int(SKIP.check("skip", skip))
+    late = innovation[begin:]
     lags = None if lags is None else int(LAGS.check("lags", lags))
-    normalised = _normalised(late, gains, sensor_std, tracking_index)
+    if spread is None:
+        level, normalised = late, _normalised(late, gains, sensor_std, tracking_index)
+    else:
+        level = late / spread[begin:]
+        normalised = level**2
     observed = np.where(rejected[:, None], np.nan, measurements.positions)
     paths = _accelerations(measurements, track.smoothed[:, :, 0], observed)
 
@@ -154,7 +161,7 @@ def examine(
             axes=parts,
         )
 
-    each = [whiteness(late[:, axis], lags) for axis in range(count)]
+    each = [whiteness(level[:, axis], lags) for axis in range(count)]
     parts = tuple(evidence(slice(axis, axis + 1), each[axis], ()) for axis in range(count))
     return evidence(slice(0, count), joint_whiteness(each), parts)
 

@@ -156,6 +156,16 @@ def known(data: str) -> bool:
     return True
 
 
+_UNFIT = "must fit the file: "
+
+
+def _fault(error: InputError) -> str:
+    """What is wrong, once: the part of a file or of a reading, and its rule."""
+    if error.field == "reading":
+        return error.rule.removeprefix(_UNFIT)
+    return error.rule if error.field == "file" else f"{error.field} {error.rule}"
+
+
 @lru_cache(maxsize=32)
 def looked(data: str) -> Look:
     """What a file seems to be, and the reading that is proposed for it.
@@ -167,7 +177,7 @@ def looked(data: str) -> Look:
     try:
         return look(content)
     except InputError as error:
-        raise InputError("data", f"must be a table of measurements: {error}", data) from error
+        raise InputError("data", f"must be a table of measurements: {_fault(error)}", error.received) from error
 
 
 @lru_cache(maxsize=32)
@@ -181,7 +191,7 @@ def proposed(data: str) -> str:
     try:
         recorded(data, reading)
     except InputError as error:
-        raise InputError("data", f"must be a table of measurements: {error}", data) from error
+        raise InputError("data", f"must be a table of measurements: {_fault(error)}", error.received) from error
     return reading
 
 
@@ -201,7 +211,7 @@ def recorded(data: str, reading: str) -> Recorded:
     try:
         return read(content, Reading.from_text(reading))
     except InputError as error:
-        raise InputError("reading", f"must fit the file: {error}", reading) from error
+        raise InputError("reading", f"{_UNFIT}{_fault(error)}", error.received) from error
 
 
 @lru_cache(maxsize=8)
@@ -215,7 +225,7 @@ def tracks_in(data: str, reading: str, column: int) -> tuple[tuple[str, int], ..
     try:
         return tracks(content, Reading.from_text(reading), column)
     except InputError as error:
-        raise InputError("reading", f"must fit the file: {error}", reading) from error
+        raise InputError("reading", f"{_UNFIT}{_fault(error)}", error.received) from error
 
 
 @lru_cache(maxsize=6)

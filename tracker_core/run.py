@@ -17,7 +17,7 @@ from tracker_core.conventions import Gains
 from tracker_core.experiment import Experiment, target_of
 from tracker_core.fields import FIELDS
 from tracker_core.filters import run_filter
-from tracker_core.gating import Gate
+from tracker_core.gating import WIDTH, Gate
 from tracker_core.innovations import Evidence, examine
 from tracker_core.manoeuvre import wander
 from tracker_core.metrics import Metrics, measure, measure_axes
@@ -89,7 +89,16 @@ class Result:
             with suppress(InputError):
                 index = distance_from_optimal(self.gains).tracking_index
         std = self.noise_std if self.experiment.noise != "none" else None
-        return examine(self.track, self.measurements, self.gains, sensor_std=std, tracking_index=index)
+        spread = self.track.spread if self.gate is not None else None
+        if self.measurements.interval is None and spread is None and std is not None and index is not None and all(std):
+            spread = self._spread(Gate(WIDTH.high, std, index, self.experiment.interval))
+        return examine(self.track, self.measurements, self.gains, sensor_std=std, tracking_index=index, spread=spread)
+
+    def _spread(self, gate: Gate) -> FloatArray | None:
+        """Standard deviation of every innovation on the gate's model: it follows from when there was a measurement."""
+        still = np.where(np.isnan(self.measurements.positions), np.nan, 0.0)
+        seen = replace(self.measurements, positions=still)
+        return run_filter(seen, self.gains, start=self.experiment.start, gate=gate).spread
 
     def unstable_share(self) -> float:
         """Share of the corrections, over all axes, whose gains would be unstable if they were held."""
@@ -306,8 +315,7 @@ def suited(experiment: Experiment, suggestion: Suggestion) -> Experiment:
     noise_std = values.pop("noise_std")
     if experiment.target.measured:
         experiment = replace(experiment, noise_std=noise_std, gate=None)
-    kept = {"convention": experiment.convention, "start": experiment.start}
-    return experiment.with_filter(kept | values)
+    return experiment.with_filter({"convention": experiment.convention} | values)
 
 
 def gate_of(experiment: Experiment, gains: Gains, noise_std: tuple[float, ...]) -> Gate | None:

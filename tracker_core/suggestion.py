@@ -23,8 +23,8 @@ class Suggestion:
     """A filter that suits measurements.
 
     Attributes:
-        values: fields of the experiment: order, design, tracking_index, noise_std (one per axis, m) and gate (width, or
-            None for no gate).
+        values: fields of the experiment: order, design, tracking_index, start, noise_std (one per axis, m) and gate (width,
+            or None for no gate).
         why: what speaks for it, in sentences with numbers.
         chosen: the estimates that it rests on.
         identified: the estimates of every order.
@@ -78,13 +78,15 @@ def suggest(
         "order": chosen.order,
         "design": "steady-kalman",
         "tracking_index": chosen.suggested_index,
+        # Two points of a smooth filter are felt for as long as it remembers.
+        "start": "expanding",
         "noise_std": chosen.sensor_std,
         "gate": GATE if chosen.rejected and 0 not in chosen.sensor_std else None,
     }
     names = [f"axis {axis + 1}" for axis in range(len(chosen.sensor_std))] if axes is None else axes
     why = (
         *_of_the_order(ranked, identified, bic),
-        *_of_the_noise(chosen, names),
+        *_of_the_noise(chosen, names, constant=measurements.interval is not None),
         *_of_the_samples(chosen, measurements),
     )
     return Suggestion(values, why, chosen, identified, bic)
@@ -136,7 +138,7 @@ def _of_the_order(
     )
 
 
-def _of_the_noise(chosen: Identified, names: Sequence[str]) -> tuple[str, ...]:
+def _of_the_noise(chosen: Identified, names: Sequence[str], *, constant: bool) -> tuple[str, ...]:
     push, power = ("acceleration", "m/s²") if chosen.order == 2 else ("acceleration step", "m/s²")
     push, power = (push, power) if chosen.order < 4 else ("jerk step", "m/s³")
     sensor = ", ".join(f"{std:.3g} m ({name})" for name, std in zip(names, chosen.sensor_std, strict=True))
@@ -163,7 +165,13 @@ def _of_the_noise(chosen: Identified, names: Sequence[str]) -> tuple[str, ...]:
     gains = ", ".join(
         f"{SYMBOLS[name]} = {gain:.4g}" for name, gain in zip(GAIN_NAMES, chosen.gains.tolist(), strict=False)
     )
-    found.append(f"The best constant gains for that: {gains} (steady Kalman filter, normalised).")
+    if constant:
+        found.append(f"The best constant gains for that: {gains} (steady Kalman filter, normalised).")
+    else:
+        found.append(
+            f"The best constant gains for that at a constant interval of {chosen.interval:.3g} s: {gains} (steady "
+            "Kalman filter, normalised). Here the intervals vary, and others may predict better: see what Tune finds."
+        )
     return tuple(found)
 
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from tracker_core import SCENARIOS, Experiment, InputError, run_experiment, run_filter
 from tracker_core.__main__ import main
 from tracker_core.exports import write_track
+from tracker_core.innovations import examine
 from tracker_core.measured import (
     NAME_LENGTH,
     RECORDING,
@@ -24,6 +25,8 @@ from tracker_core.measured import (
     look_in,
     target,
 )
+from tracker_core.run import observe, suited
+from tracker_core.suggestion import suggest
 from tracker_core.types import Measurements
 
 RANDOM = np.random.default_rng(7)
@@ -286,3 +289,34 @@ def test_what_goes_out_of_a_scenario_comes_in_again(scenario):
     np.testing.assert_allclose(back.track.smoothed, out.track.smoothed, rtol=1e-9, atol=1e-9 * size)
     for name in ("tracking_rmse", "estimation_rmse", "estimation_max", "innovation_total"):
         assert getattr(back.metrics, name) == pytest.approx(getattr(out.metrics, name), rel=1e-9)
+
+
+@pytest.mark.parametrize("gate", [None, 20.0])
+def test_innovations_at_varying_intervals_are_measured_by_their_own_variance(gate):
+    """On the model itself, with intervals from 0.5 to 3 s, NIS is the number of axes; by the steady one it is not."""
+    draw = np.random.default_rng(11)
+    steps = draw.choice([0.5, 1.0, 1.0, 3.0], size=6000)
+    times = np.concatenate(([0.0], np.cumsum(steps)))
+    speed = np.cumsum(draw.normal(0, 0.3, (6001, 2)) * np.sqrt(np.concatenate(([1.0], steps)))[:, None], axis=0)
+    mean = np.concatenate((np.zeros((1, 2)), (speed[1:] + speed[:-1]) / 2 * steps[:, None]))
+    seen = np.cumsum(mean, axis=0) + draw.normal(0, 2, (6001, 2))
+    data = kept(table(times, seen))
+    values = {"data": data, "design": "steady-kalman", "order": 2, "tracking_index": 0.15, "noise_std": 2}
+    result = run_experiment(Experiment.from_dict(values | ({} if gate is None else {"gate": gate})))
+    assert result.measurements.interval is None
+    assert result.evidence().nis.mean == pytest.approx(2, rel=0.05)
+    steady = examine(result.track, result.measurements, result.gains, sensor_std=(2.0,), tracking_index=0.15)
+    assert steady.nis.mean > 2.3
+
+
+def test_a_suggested_filter_starts_with_all_it_knows(constant):
+    experiment = Experiment.from_dict({"data": constant, "convention": "taylor", "start": "first"})
+    better = suited(experiment, suggest(observe(experiment)[1], interval=0.5))
+    assert (better.start, better.convention, better.data) == ("expanding", "taylor", constant)
+
+
+def test_what_is_wrong_with_a_file_is_said_once():
+    with pytest.raises(InputError) as caught:
+        Experiment.from_dict({"data": kept(b"t,x,y\n0,1,2\n")})
+    assert str(caught.value).count("got") == 1
+    assert "rows must hold at least" in caught.value.rule

@@ -246,7 +246,7 @@ def test_the_suggestion_is_used_by_one_click(show, example):
     data = example("dirty")
     _, shown = study(data=data)
     controls = shown["offers"]["use"]["controls"]
-    assert list(controls) == ["order", "design", "tracking_index", "noise_std", "gate"]
+    assert list(controls) == ["order", "design", "tracking_index", "start", "noise_std", "gate"]
     _, before = show(data=data)
     _, rest = show(controls, data=data)
     assert rest["ok"]

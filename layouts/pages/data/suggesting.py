@@ -77,6 +77,7 @@ def controls_of(found: Suggestion) -> dict[str, Any]:
         "order": str(values["order"]),
         "design": values["design"],
         "tracking_index": float(f"{values['tracking_index']:.{DIGITS}g}"),
+        "start": values["start"],
         "noise_std": ", ".join(f"{std:.{NOISE_DIGITS}g}" for std in values["noise_std"]),
         "gate": "" if values["gate"] is None else values["gate"],
     }

@@ -44,7 +44,13 @@ def _scene() -> Component:
         "track", "exaggerate", "Deviations", "Draws every deviation from the truth this many times larger.",
         [(factor, "to scale" if factor == "1" else f"× {factor}") for factor in EXAGGERATIONS],
     )  # fmt: skip
-    key = html.Ul([html.Li(title, **{"data-kind": kind}) for kind, title in KEY.items()], className="scene-key")
+    key = html.Ul(
+        [
+            html.Li(title, className="field-with-truth" if kind == "truth" else "", **{"data-kind": kind})
+            for kind, title in KEY.items()
+        ],
+        className="scene-key",
+    )
     player = html.Div(
         [
             html.Button("Play", type="button", className="quiet", **{"data-part": "play"}),
