@@ -23,8 +23,8 @@ class Suggestion:
     """A filter that suits measurements.
 
     Attributes:
-        values: fields of the experiment: order, design, tracking_index, start, noise_std (one per axis, m) and gate (width,
-            or None for no gate).
+        values: fields of the experiment: order, design, tracking_index, start, noise_std (one per axis, m), and gate
+            (width, or None for no gate).
         why: what speaks for it, in sentences with numbers.
         chosen: the estimates that it rests on.
         identified: the estimates of every order.
