@@ -5,9 +5,8 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import io
-import queue
 import threading
-from collections.abc import AsyncIterator, Callable
+from collections.abc import Callable
 from concurrent.futures import Executor
 from typing import IO, Any, cast
 
@@ -22,12 +21,20 @@ STALLED = 60.0
 
 
 class Pipe(io.RawIOBase):
-    """A file that can be written to in one thread, and whose pieces another takes."""
+    """A file that is written to in a thread, and whose pieces a loop takes; no thread waits for a piece to come.
 
-    def __init__(self) -> None:
-        self._pieces: queue.Queue[bytes | BaseException | None] = queue.Queue(PIECES)
+    Args:
+        loop: that takes the pieces.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+        self._pieces: asyncio.Queue[bytes | BaseException | None] = asyncio.Queue()
+        self._room = threading.Semaphore(PIECES)
         self._gone = threading.Event()
         self._gathered = bytearray()
+        self._first: bytes | None = None
+        self._ended = False
 
     def writable(self) -> bool:
         """It is there to be written to."""
@@ -48,6 +55,8 @@ class Pipe(io.RawIOBase):
     def fill(self, write: Callable[[IO[bytes]], None]) -> None:
         """Let the file be written, to its end or its failure; both reach who takes the pieces."""
         end: BaseException | None = None
+        if self._gone.is_set():
+            return
         try:
             write(cast("IO[bytes]", self))
             if self._gathered:
@@ -58,48 +67,54 @@ class Pipe(io.RawIOBase):
             self._pass(end)
 
     def _pass(self, piece: bytes | BaseException | None) -> None:
+        if self._gone.is_set() or not self._room.acquire(timeout=STALLED) or self._gone.is_set():
+            raise BrokenPipeError
         try:
-            if self._gone.is_set():
-                raise BrokenPipeError
-            self._pieces.put(piece, timeout=STALLED)
-        except queue.Full:
+            self._loop.call_soon_threadsafe(self._pieces.put_nowait, piece)
+        except RuntimeError:
+            # The server has stopped.
             raise BrokenPipeError from None
 
-    async def take(self) -> AsyncIterator[bytes]:
-        """The pieces.
+    async def opened(self) -> None:
+        """Wait for the first piece, or the end.
 
         Raises:
-            BaseException: what writing failed with.
+            BaseException: what writing failed with before that.
         """
-        try:
-            while (piece := await asyncio.to_thread(self._pieces.get)) is not None:
-                if isinstance(piece, BaseException):
-                    raise piece
-                yield piece
-        finally:
-            self._gone.set()
-            with contextlib.suppress(queue.Empty):
-                while True:
-                    self._pieces.get_nowait()
+        self._first = await self._take()
+
+    async def _take(self) -> bytes:
+        """The next piece; nothing at the end."""
+        if self._ended:
+            return b""
+        piece = await self._pieces.get()
+        self._room.release()
+        if isinstance(piece, bytes):
+            return piece
+        self._ended = True
+        if piece is not None:
+            raise piece
+        return b""
+
+    def leave(self) -> None:
+        """Take no more: who writes is stopped at the next piece."""
+        self._gone.set()
+        self._room.release()
+
+    def __aiter__(self) -> Pipe:
+        return self
+
+    async def __anext__(self) -> bytes:
+        piece, self._first = self._first, None
+        piece = await self._take() if piece is None else piece
+        if not piece:
+            raise StopAsyncIteration
+        return piece
 
 
-async def piped(executor: Executor, write: Callable[[IO[bytes]], None]) -> AsyncIterator[bytes]:
-    """The pieces of a file as it is written.
-
-    Returns once the first is there.
-
-    Raises:
-        BaseException: what writing failed with before that.
-    """
-    pipe = Pipe()
-    asyncio.get_running_loop().run_in_executor(executor, pipe.fill, write)
-    pieces = pipe.take()
-    first = await anext(pieces, b"")
-
-    async def all_pieces() -> AsyncIterator[bytes]:
-        async with contextlib.aclosing(cast("Any", pieces)):
-            yield first
-            async for piece in pieces:
-                yield piece
-
-    return all_pieces()
+def piped(executor: Executor, write: Callable[[IO[bytes]], None]) -> Pipe:
+    """The pieces of a file as it is written by a thread of an executor; whoever takes them leaves in the end."""
+    loop = asyncio.get_running_loop()
+    pipe = Pipe(loop)
+    loop.run_in_executor(executor, pipe.fill, write)
+    return pipe

@@ -9,12 +9,14 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from typing import IO, TextIO
+from typing import IO, Any, TextIO
 
 from fastapi import FastAPI, Request, Response
 from fastapi.responses import StreamingResponse
+from starlette.requests import ClientDisconnect
+from starlette.types import Receive, Scope, Send
 
-from layouts.pipe import piped
+from layouts.pipe import Pipe, piped
 from layouts.text import file_stem
 from layouts.uploads import attachment, refusal
 from tracker_core import Experiment, InputError, Result, run_experiment
@@ -38,6 +40,9 @@ AT_ONCE = 2
 """Exports that are made at a time; the others wait."""
 
 MOST_WAITING = 32
+
+LOOKED_AFTER = 1.0
+"""Seconds after which it is looked whether somebody still waits."""
 
 ALL = "all.zip"
 
@@ -121,24 +126,33 @@ def attach(server: FastAPI) -> None:
     What cannot be run is answered with `{field, rule, received, message}`.
     """
     makers = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="exports")
-    waiting = 0
+    under_way: set[Pipe] = set()
 
     async def give(request: Request, name: str) -> Response:
-        nonlocal waiting
-        if waiting >= MOST_WAITING:
+        if len(under_way) >= MOST_WAITING:
             return refusal(InputError("export", f"must wait: {MOST_WAITING} others do", name), 503)
-        waiting += 1
-        query = dict(request.query_params)
         try:
             export = EXPORTS[check_choice("export", name, EXPORTS)]
-            experiment = await asyncio.to_thread(experiment_of, query)
-            pieces = await piped(makers, partial(export.written, experiment, request.url.query))
+            experiment = await asyncio.to_thread(experiment_of, dict(request.query_params))
         except InputError as error:
             return refusal(error, 404 if error.field == "export" else 422)
-        finally:
-            waiting -= 1
+        pipe = piped(makers, partial(export.written, experiment, request.url.query))
+        under_way.add(pipe)
+
+        def leave() -> None:
+            pipe.leave()
+            under_way.discard(pipe)
+
+        try:
+            await _opened(pipe, request)
+        except InputError as error:
+            leave()
+            return refusal(error, 422)
+        except BaseException:
+            leave()
+            raise
         title = export.named(file_stem(experiment.target.title))
-        return StreamingResponse(pieces, media_type=export.media, headers=attachment(title))
+        return _Given(pipe, leave, media_type=export.media, headers=attachment(title))
 
     @server.get("/export.zip")
     async def everything(request: Request) -> Response:
@@ -147,6 +161,36 @@ def attach(server: FastAPI) -> None:
     @server.get("/export/{name}")
     async def one(request: Request, name: str) -> Response:
         return await give(request, name)
+
+
+async def _opened(pipe: Pipe, request: Request) -> None:
+    """Wait until there is something to send, as long as somebody waits for it.
+
+    Raises:
+        ClientDisconnect: once nobody does.
+    """
+    first = asyncio.ensure_future(pipe.opened())
+    try:
+        while not (await asyncio.wait({first}, timeout=LOOKED_AFTER))[0]:
+            if await request.is_disconnected():
+                raise ClientDisconnect
+        await first
+    finally:
+        first.cancel()
+
+
+class _Given(StreamingResponse):
+    """A file that is sent as it is written; in the end, whichever it is, its place is free again."""
+
+    def __init__(self, pipe: Pipe, leave: Callable[[], None], **more: Any) -> None:
+        super().__init__(pipe, **more)
+        self._leave = leave
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            self._leave()
 
 
 def experiment_of(query: Mapping[str, str]) -> Experiment:

@@ -1,6 +1,7 @@
 """Results out over HTTP: the same run as the page's, whole, in pieces, or refused with a reason."""
 
 import asyncio
+import contextlib
 import csv
 import io
 import json
@@ -12,8 +13,10 @@ import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import httpx
 import numpy as np
 import pytest
+from fastapi import FastAPI
 
 from layouts import pipe, takeaway
 from layouts.pipe import PIECE, Pipe, piped
@@ -136,13 +139,15 @@ def through(write, stop_after=None):
 
     async def run():
         with ThreadPoolExecutor(1) as pool:
-            pieces = await piped(pool, write)
-            got = []
-            async for piece in pieces:
-                got.append(piece)
-                if stop_after is not None and len(got) == stop_after:
-                    await pieces.aclose()
-                    break
+            pieces, got = piped(pool, write), []
+            try:
+                await pieces.opened()
+                async for piece in pieces:
+                    got.append(piece)
+                    if len(got) == stop_after:
+                        break
+            finally:
+                pieces.leave()
             return got
 
     return asyncio.run(run())
@@ -190,6 +195,76 @@ def test_a_reader_that_goes_away_ends_the_writing():
 
 def test_a_reader_that_takes_nothing_is_given_up(monkeypatch):
     monkeypatch.setattr(pipe, "STALLED", 0.02)
-    stuck, began = Pipe(), time.monotonic()
+    loop = asyncio.new_event_loop()
+    stuck, began = Pipe(loop), time.monotonic()
     stuck.fill(lambda stream: [stream.write(bytes(PIECE)) for _ in range(100)])
     assert time.monotonic() - began < 20
+    loop.close()
+
+
+def test_who_has_left_is_not_written_for():
+    asked = []
+
+    async def run():
+        with ThreadPoolExecutor(1) as pool:
+            busy = threading.Event()
+            pool.submit(busy.wait, 20)
+            queued = piped(pool, asked.append)
+            queued.leave()
+            busy.set()
+
+    asyncio.run(run())
+    assert asked == []
+
+
+def test_many_at_once_arrive_whole_and_stop_nobody_else():
+    """More than there are threads: all come in full, and what needs a thread itself does not wait for them."""
+    server = FastAPI()
+    takeaway.attach(server)
+
+    @server.get("/thread")
+    async def thread():
+        return await asyncio.to_thread(lambda: "ran")
+
+    async def run():
+        transport = httpx.ASGITransport(app=server)
+        async with httpx.AsyncClient(transport=transport, base_url="http://test", timeout=60) as client:
+            link = "/export/track.csv?samples=4000&order=4&xi=0.8"
+            alone = await client.get(link)
+            several = [asyncio.ensure_future(client.get(link)) for _ in range(16)]
+            await asyncio.sleep(0.2)
+            assert (await client.get("/thread")).json() == "ran"
+            late = sum(not one.done() for one in several)
+            return alone, await asyncio.gather(*several), late
+
+    alone, several, late = asyncio.run(run())
+    assert late > 0
+    assert {one.content for one in several} == {alone.content}
+
+
+def test_a_place_is_free_again_however_an_export_ended(monkeypatch):
+    monkeypatch.setattr(takeaway, "MOST_WAITING", 1)
+    server = FastAPI()
+    takeaway.attach(server)
+
+    async def gone():
+        return {"type": "http.disconnect"}
+
+    async def refuse(message):
+        raise OSError("gone")
+
+    async def run():
+        transport = httpx.ASGITransport(app=server)
+        async with httpx.AsyncClient(transport=transport, base_url="http://test", timeout=60) as client:
+            for _ in range(2):
+                assert (await client.get("/export/track.csv?samples=20")).status_code == 200
+                assert (await client.get("/export/findings.csv?samples=20")).status_code == 422
+                scope = {
+                    "type": "http", "method": "GET", "path": "/export/track.csv", "query_string": b"samples=20",
+                    "headers": [], "asgi": {"version": "3.0", "spec_version": "2.4"}, "http_version": "1.1",
+                    "raw_path": b"/export/track.csv", "scheme": "http", "server": ("test", 80), "root_path": "",
+                }  # fmt: skip
+                with contextlib.suppress(Exception):
+                    await server(scope, gone, refuse)
+
+    asyncio.run(run())
