@@ -1,4 +1,4 @@
-"""A recording: its path with what was marked in it, its intervals, and its innovations beside the gate."""
+"""A recording: its path with what was marked in it, its intervals, and its innovations."""
 
 from __future__ import annotations
 
@@ -42,9 +42,8 @@ def _held(shown: Shown) -> dict[str, Any]:
     """Where the sensor repeated itself: at the position that it repeats."""
     found, x, y = recording_of(shown), np.empty(0), np.empty(0)
     if found is not None:
-        lines = [finding.line for finding in found.findings if finding.kind == "held"]
-        places = np.flatnonzero(np.isin(found.lines, lines) & (found.lines > 0))
-        places = places[places < shown.result.experiment.samples]
+        places = np.flatnonzero(found.held[: shown.result.experiment.samples])
+        places = places[drawn(len(places))]
         there = filled(found.positions)[places]
         x, y = (found.times[places], there[:, 0]) if len(found.axes) == 1 else (there[:, 0], there[:, 1])
     return {
@@ -92,7 +91,7 @@ def intervals_figure(shown: Shown) -> Figure:
 
 
 def innovation_figure(shown: Shown) -> Figure:
-    """How far every measurement lay from its prediction: with a gate in standard deviations, beside the gate."""
+    """How far every measurement lay from its prediction: with a gate in standard deviations, and the gate."""
     result, theme = shown.result, shown.theme
     t, times = tokens(theme), result.truth.times
     far, unit = distances(result.track.innovation), "m"
@@ -105,6 +104,7 @@ def innovation_figure(shown: Shown) -> Figure:
     usual = 1.3 * float(np.quantile(believed, 0.99)) if believed.size else 1.0
     top = max(usual, 1.5 * (width or 0.0)) or 1.0
     rows = drawn(len(times))
+    ends = [] if width is None else [float(times[0]), float(times[-1])]
     data = [
         {
             "type": "scatter", "mode": "markers", "x": packed(times[rows], "f8"),
@@ -113,8 +113,8 @@ def innovation_figure(shown: Shown) -> Figure:
         },
         refused(shown, times, np.minimum(far, 0.97 * top)) | {"showlegend": width is not None},
         {
-            "type": "scatter", "mode": "lines", "x": [float(times[0]), float(times[-1])],
-            "y": [width or 0.0, width or 0.0], "hoverinfo": "skip", "showlegend": width is not None,
+            "type": "scatter", "mode": "lines", "x": ends, "y": [width] * len(ends), "hoverinfo": "skip",
+            "showlegend": width is not None,
             "line": {"color": t["bad"], "width": 1.5, "dash": "dash"}, "name": "Gate",
         },
     ]  # fmt: skip

@@ -200,6 +200,16 @@ def test_held_positions():
     kept = table(*rows, held="kept")
     assert kept.counts == missing.counts
     assert [row[0] for row in positions(kept)] == [1, 1, 2, None, 2, 2, 1, 3]
+    assert kept.held.tolist() == missing.held.tolist() == [False, True, False, False, True, True, False, False]
+
+
+def test_every_held_position_is_marked_also_beyond_those_that_are_listed():
+    rows = [f"{k + 5 * (k > 2000)},{k // 2}" for k in range(4000)]
+    found = table(*rows, names="t,x", at=(2,))
+    assert len(found.times) == len(found.held) == 4005
+    lines = found.lines[found.held]
+    assert lines.tolist() == list(range(3, 4002, 2))
+    assert found.counts["held"] == 2000
 
 
 def test_gaps_hold_samples_where_the_interval_is_constant():

@@ -9,6 +9,7 @@ import pytest
 from tracker_core.checks import InputError
 from tracker_core.recordings import Reading, bounds, look, read, tracks
 from tracker_core.recordings.names import take_apart
+from tracker_core.recordings.numbers import split
 
 
 def lines(names, row, count=20):
@@ -74,6 +75,40 @@ FILES = {
     "decimal comma in quotes": (
         lines("t,x,y", lambda k: f'"{k},5","{k},25","{k},125"'), "t, x, y", "decimal:comma",
     ),
+    "pairs with decimal commas": (
+        lines("Zeit;Kurs;Position", lambda k: f"{k},5;{k * k},25;48,{k + 10} -11,{k + 10}"),
+        "Latitude and longitude", "delimiter:semicolon,decimal:comma,frame:geographic,at:3.3",
+    ),
+    "pairs with decimal commas and semicolons": (
+        lines("Zeit;Kurs;Position", lambda k: f'{k},5;{k * k},25;"48,{k + 10}; -11,{k + 10}"'),
+        "Latitude and longitude", "delimiter:semicolon,decimal:comma,frame:geographic,at:3.3",
+    ),
+    "pairs with decimal commas and commas": (
+        lines("t,course,position", lambda k: f'{k},{k * k},"(48,{k + 10}, -11,{k + 10})"'),
+        "Latitude and longitude", "decimal:comma,frame:geographic,at:3.3",
+    ),
+    "pairs with decimal commas and commas, unquoted": (
+        lines("Zeit;Kurs;Position", lambda k: f"{k};{k * k};48,{k + 10}, -11,{k + 10}"),
+        "Latitude and longitude", "delimiter:semicolon,decimal:comma,frame:geographic,at:3.3",
+    ),
+    "pairs between tabs": (
+        lines("t\tcourse\tposition", lambda k: f"{k},5\t{k * k},5\t48,{k + 10}, -11,{k + 10}"),
+        "Latitude and longitude", "delimiter:tab,decimal:comma,frame:geographic,at:3.3",
+    ),
+    "pairs of another name": (
+        lines("t;course;Ort", lambda k: f"{k};{k * k % 360};{k},5 {k + 1},25"),
+        "t, x, y", "delimiter:semicolon,decimal:comma,at:3.3",
+    ),
+    "pairs with points beside decimal commas": (
+        lines("t;height;position", lambda k: f"{k},5;{k * k},25;48.{k + 10},-11.{k + 10}"),
+        "Latitude and longitude", "delimiter:semicolon,decimal:comma,frame:geographic,at:3.3.2",
+    ),
+    "sample, x, y": (lines("sample,x,y", lambda k: f"{k},{k},{-k}"), "t, x, y", ""),
+    "k, pos": (lines("k;pos_x;pos_y", lambda k: f"{k};{k};{-k}"), "t, x, y", "delimiter:semicolon"),
+    "frames last": (lines("x,y,frame_id", lambda k: f"{k * k},{-k},{7 + k}"), "t, x, y", "time:3,at:1.2"),
+    "a counter beside a time": (lines("n,time,x", lambda k: f"{k},{k / 10},{k * k}"), "t, x", "time:2,at:3"),
+    "a counter that begins anew": (lines("frame,x,y", lambda k: f"{k % 15},{k},{-k}"), "x, y", "time:0"),
+    "east and n": (lines("e,n", lambda k: f"{k * k},{k}"), "x, y", "time:0,at:1.2"),
     "one column": (lines("", lambda k: f"{k * k}"), "x", "header:no,time:0,at:1"),
     "no time": (lines("x,y", lambda k: f"{k * k},{-k}"), "x, y", "time:0,at:1.2"),
     "a position that rises": (
@@ -114,6 +149,44 @@ def test_every_choice_has_its_reason(name):
     changed = {field.name for field in fields(Reading) if getattr(seen.reading, field.name) != field.default}
     assert changed <= set(seen.why)
     assert all(why.endswith(".") for why in seen.why.values())
+
+
+def test_the_gaps_of_a_counter_are_kept():
+    counts = [*range(40), *range(80, 120)]
+    for name in ("sample", "k", "frame", "Scan No"):
+        data = "\n".join([f"{name},x,y", *(f"{k},{k},{-k}" for k in counts)]).encode()
+        seen = look(data)
+        assert "One second a count is assumed" in seen.why["time"]
+        assert "gaps are kept" in seen.why["time"]
+        found = read(data, seen.reading)
+        assert (found.interval, len(found.times), found.counts) == (1, 120, {"gap": 1})
+        assert np.flatnonzero(found.lines).tolist() == counts
+
+
+@pytest.mark.parametrize(
+    ("cell", "decimal", "parts"),
+    [
+        ("(51.5, -0.1)", ".", ["51.5", "-0.1"]), ("51.5;-0.1", ".", ["51.5", "-0.1"]),
+        ("48,1 11,5", ",", ["48.1", "11.5"]),
+        ("48,1; 11,5", ",", ["48.1", "11.5"]), ("48,1, 11,5", ",", ["48.1", "11.5"]),
+        ("[48,1;-11]", ",", ["48.1", "-11"]),
+        ("48, 11,5", ",", ["48", "11.5"]), ("48,1", ",", ["48.1"]), ("48.1,11.5", ",", ["48.1", "11.5"]),
+        ("1.048,1 11,5", ",", ["1_048.1", "11.5"]),
+    ],
+)  # fmt: skip
+def test_cells_that_hold_several_numbers(cell, decimal, parts):
+    assert split(cell, decimal) == parts
+
+
+def test_a_pair_with_decimal_commas_is_read_to_the_digit():
+    reading = Reading(delimiter="semicolon", decimal="comma", at=(2, 2))
+    cells = ["48,1 11,5", '"48,25; 11,75"', "48,5, 12,25", "49,5", ""]
+    found = read("\n".join(["t;p", *(f"{k};{cell}" for k, cell in enumerate(cells))]).encode(), reading)
+    expected = [[48.1, 11.5], [48.25, 11.75], [48.5, 12.25]]
+    assert found.positions[:3].tolist() == expected
+    # One number is no pair: none of its digits passes for the other one.
+    assert [finding.line for finding in found.findings if finding.kind == "position"] == [5]
+    assert np.isnan(found.positions[3, 1])
 
 
 def test_what_is_shown():

@@ -130,7 +130,7 @@ def test_a_constant_interval_is_found_to_the_last_digits(interval, gaps):
 
 @pytest.mark.parametrize(
     ("interval", "decimals"),
-    [(1 / 3, 3), (0.04, 2), (1 / 30, 3), (1 / 24, 3), (0.7, 1), (2.4, 0), (4.8, 0), (0.016, 3)],
+    [(1 / 3, 3), (0.04, 2), (1 / 30, 3), (1 / 24, 3), (0.7, 1), (4.8, 0), (5.2, 0), (0.016, 3)],
 )
 @pytest.mark.parametrize("offset", [0.0, 1_714_800_000.0])
 def test_stamps_that_were_rounded_are_constant(interval, decimals, offset):
@@ -170,8 +170,10 @@ def drifting(k):
         np.arange(100.0) ** 2,
         np.array([0, 1e-300, 1.0, 2.0]),
         np.array([0, 1.0, 1e11]),
+        np.cumsum([0, *[2, 3] * 20]).astype(float),
+        np.round(np.arange(500) * 2.4),
     ],
-    ids=["jitter", "drift", "whole seconds", "at random", "a step", "growing", "tiny", "huge"],
+    ids=["jitter", "drift", "whole seconds", "at random", "a step", "growing", "tiny", "huge", "2, 3, 2, 3", "2.4"],
 )
 def test_not_constant(times):
     assert find_grid(times - times[0]) is None
@@ -182,7 +184,38 @@ def test_how_even_it_is():
     assert (even.nominal, even.shortest, even.longest) == pytest.approx((1, 1, 2))
     assert even.odd == 0.2
     assert even.jitter == pytest.approx(0.2 / 5**0.5)
+    assert even.aside == 0
     assert regularity(np.arange(9) * 0.1, 0.1).odd == 0
+
+
+@pytest.mark.parametrize(("interval", "constant"), [(11.2, True), (4.2, True), (3.8, False), (2.2, False)])
+def test_rounding_is_admitted_to_a_tenth_of_the_interval(interval, constant):
+    """In whole seconds all of these lie up to 0.4 s beside their samples."""
+    stamps = np.round(np.arange(500) * interval)
+    assert np.ptp(stamps - np.arange(500) * interval) / 2 == pytest.approx(0.4)
+    assert (find_grid(stamps) is not None) == constant
+
+
+def test_how_far_stamps_lie_beside_their_samples():
+    stamps = np.floor(np.arange(300) * 5.5 + 0.5)
+    grid = find_grid(stamps)
+    expected = stamps - grid.interval * np.arange(300)
+    found = regularity(stamps, grid.interval)
+    assert found.aside == pytest.approx(np.ptp(expected) / 2)
+    assert found.aside == pytest.approx(0.25, rel=1e-6)
+    with_gap = np.delete(stamps, np.arange(100, 140))
+    assert regularity(with_gap, grid.interval).aside == pytest.approx(0.25, rel=1e-6)
+    assert regularity(np.arange(300) / 3, 1 / 3).aside < 1e-12
+
+
+@pytest.mark.parametrize("start", [0, 1_714_800_000])
+def test_true_whole_seconds_keep_a_line_straight(start):
+    """Stamps 2, 3, 2, 3 s apart that are true: taken as every 2.5 s they would bend a straight line."""
+    times = np.cumsum([0, *[2, 3] * 20])
+    found = read("\n".join(["t,x", *(f"{start + t},{250 * t}" for t in times)]).encode(), Reading(at=(2,)))
+    assert found.interval is None
+    assert found.times.tolist() == times.tolist()
+    assert found.positions[:, 0].tolist() == (250.0 * times).tolist()
 
 
 @given(

@@ -99,7 +99,7 @@ def test_the_dirty_file_is_told_in_full(show, example):
         if kind == "Not a number":
             assert reason.partition(": ")[2] in lines[int(line) - 1]
     facts = dict(rest["rows"]["facts"])
-    assert facts["Interval"] == "constant, T = 1.00000 s, 4 gaps"
+    assert facts["Interval"] == "constant, T = 1 s, 4 gaps"
     assert facts["Truth"] == "not known: innovations take its place"
     _, kept = show({"read_held": "kept"}, data=example("dirty"))
     assert ["Held position", "23", "Kept as they are."] in kept["rows"]["counts"]
@@ -110,10 +110,29 @@ def test_intervals_that_vary_and_other_tracks_are_told(show, example):
     _, rest = show(data=example("irregular"))
     facts = dict(rest["rows"]["facts"])
     assert facts["Rows"] == "520, 220 of other tracks"
-    assert facts["Interval"].startswith("varies: 2.00 to 73.0 s, median 8.00 s")
+    assert facts["Interval"].startswith("varies: shortest 2 s, median 8 s, longest 73 s;")
     assert rest["recording"]["tracks"] == [["211000101", 300], ["211000202", 220]]
     assert rest["recording"]["roles"] == {"1": "Track", "2": "Time", "3": "Latitude", "4": "Longitude"}
     assert rest["recording"]["fields"]["read_only"]
+
+
+def kept(times, names="t,x"):
+    rows = (f"{time},{place**1.5:.6f}" if names[0] == "t" else f"{place**1.5:.6f}" for place, time in enumerate(times))
+    return SHELF.keep(File("times.csv", "\n".join([names, *rows]).encode()))
+
+
+def test_how_far_stamps_lie_beside_a_constant_interval_is_told(show):
+    def interval(data, moved=None):
+        return dict(show(moved, data=data)[1]["rows"]["facts"])["Interval"]
+
+    assert interval(kept(np.floor(5.5 * np.arange(301) + 0.5))) == (
+        "constant, T = 5.5 s; stamps lie up to 0.25 s beside it"
+    )
+    assert interval(kept(10 * np.arange(60))) == "constant, T = 10 s"
+    assert interval(kept(1_714_800_000 + 0.04 * np.delete(np.arange(60), 30))) == "constant, T = 0.04 s, 1 gap"
+    assert interval(kept(np.arange(60), names="x")) == "constant, T = 1 s, assumed: no column is read as a time"
+    told = interval(kept(np.cumsum([0, *[2, 3] * 30])))
+    assert told.startswith("varies: shortest 2 s, median 2.5 s, longest 3 s;")
 
 
 HTML = "<img src=x onerror=alert(1)>"
@@ -193,6 +212,15 @@ def test_held_positions_lie_where_the_sensor_repeated_itself(show, example):
         assert x == pytest.approx(before[place, 0], rel=1e-6)
 
 
+def test_more_held_positions_than_are_listed_are_all_marked(show):
+    rows = "\n".join(f"{row},{row // 2},{-(row // 2)}" for row in range(3000))
+    data = SHELF.keep(File("held.csv", f"t,x,y\n{rows}\n".encode()))
+    updates, rest = show(data=data)
+    found = recorded(data, rest["controls"]["reading"])
+    assert len(found.findings) < 1500
+    assert values(trace(updates[0], "Held")["x"]) == pytest.approx(np.arange(1500.0))
+
+
 def test_the_path_of_a_run_cut_short_has_no_marks_beyond_its_end(show, example):
     updates, _ = show({"samples": "50"}, data=example("dirty"))
     held = values(trace(updates[0], "Held")["x"])
@@ -221,7 +249,11 @@ def test_what_the_gate_refuses_lies_above_it(show, example):
     assert len(values(trace(figure, "Not believed")["x"])) == int(gone.sum()) > 5
     open_figure = show(data=data)[0][2]
     assert open_figure["layout"]["yaxis"]["title"]["text"] == "innovation (m)"
-    assert not trace(open_figure, "Gate")["showlegend"]
+    gate = trace(open_figure, "Gate")
+    assert (gate["x"], gate["y"], gate["showlegend"]) == ([], [], False)
+    assert not trace(open_figure, "Not believed")["showlegend"]
+    text = json.dumps(layout().to_plotly_json(), default=lambda part: part.to_plotly_json())
+    assert "Innovation and gate" not in text
 
 
 def test_a_change_of_the_gate_alone_moves_nothing_but_what_it_moves(show, example, request_for):

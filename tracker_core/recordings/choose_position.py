@@ -37,7 +37,12 @@ POSITIONS = LATITUDE | LONGITUDE | _PAIRS | _RANGES | _BEARINGS | _ELEVATIONS | 
 
 def choose_position(made: Proposal, layout: Layout, names: list[Name], known: Format | None) -> None:
     """Choose the columns of the position: by name, else the first that hold numbers."""
-    if not (_geographic(made, layout, names, known) or _polar(made, layout, names) or _named_axes(made, layout, names)):
+    if not (
+        _geographic(made, layout, names, known)
+        or _polar(made, layout, names)
+        or _named_axes(made, layout, names)
+        or _first_pair(made, layout)
+    ):
         _first_numbers(made, layout)
 
 
@@ -117,7 +122,9 @@ def _polar(made: Proposal, layout: Layout, names: list[Name]) -> bool:
 
 
 def _named_axes(made: Proposal, layout: Layout, names: list[Name]) -> bool:
-    for axes in (*_AXES, *((single,) for single in _SINGLE)):
+    # A pair in one cell is a position before a single column is.
+    singles = () if "pair" in layout.kinds else _SINGLE
+    for axes in (*_AXES, *((single,) for single in singles)):
         found = [_observed(made, layout, names, axis) for axis in axes]
         at = found[: found.index(None)] if None in found else found
         if at and (len(at) > 1 or len(axes) == 1 or axes[0] == "x"):
@@ -152,6 +159,14 @@ def _choose_truth(made: Proposal, found: list[int | None]) -> None:
     columns = tuple(column + 1 for column in found if column is not None)
     if columns and len(columns) == len(found):
         made.choose("truth", columns, "Their names say that they hold the truth.")
+
+
+def _first_pair(made: Proposal, layout: Layout) -> bool:
+    if "pair" not in layout.kinds:
+        return False
+    pair = layout.kinds.index("pair")
+    made.choose("at", (pair + 1, pair + 1), f"{titled(layout, pair)} holds two numbers in one cell: taken as x and y.")
+    return True
 
 
 def _first_numbers(made: Proposal, layout: Layout) -> None:

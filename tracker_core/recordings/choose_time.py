@@ -17,9 +17,15 @@ _TIMES = (
 _TIMES_OF_DAY = ("utc", "hms", "hhmmss", "nmea", "tod", "gps")
 _NO_TIMES = POSITIONS | {"sample", "index", "row", "no", "nr", "n", "k", "i", "id", "number", "count"}
 
+_COUNTERS = frozenset({
+    "sample", "samples", "n", "k", "i", "idx", "index", "frame", "scan", "row", "step", "cycle", "counter", "count",
+    "number", "nr", "no", "seq", "sequence", "tick", "ticks", "update", "iteration",
+})  # fmt: skip
+_OF_COUNTERS = _COUNTERS | {"id", "num"}
+
 
 def choose_time(made: Proposal, layout: Layout, names: list[Name]) -> None:
-    """Choose the column of the time and its clock: by name, by what it holds, or because it is first and rises."""
+    """Choose the column of the time and its clock: by name, by what it holds, or because it counts or rises first."""
     timed = {"number", "date", "clock"}
     wholes = [name.whole for name in names]
     named = [wholes.index(known) for known in _TIMES if known in wholes]
@@ -28,6 +34,12 @@ def choose_time(made: Proposal, layout: Layout, names: list[Name]) -> None:
     if column is None:
         column = next((c for c, kind in enumerate(layout.kinds) if kind in {"date", "clock"}), None)
     why = "Its name says so." if column in named else "It holds dates or times."
+    counter = _counter(layout, names) if column is None else None
+    if counter is not None:
+        why = "counts whole numbers up, and no column is a time. One second a count is assumed; its gaps are kept."
+        made.choose("time", counter + 1, f"{titled(layout, counter)}: {why}")
+        made.choose("clock", "seconds", f"{titled(layout, counter)} is a counter: T = 1 s a count is assumed.")
+        return
     if column is None:
         numeric = [c for c, kind in enumerate(layout.kinds) if kind == "number"]
         if len(numeric) > 1 and _may_be_time(names[numeric[0]]) and _rises(layout.values(numeric[0])):
@@ -38,6 +50,19 @@ def choose_time(made: Proposal, layout: Layout, names: list[Name]) -> None:
     made.choose("time", column + 1, f"{titled(layout, column)}: {why[0].lower()}{why[1:]}")
     clock, why = _clock(layout, column, names[column])
     made.choose("clock", clock, why)
+
+
+def _counter(layout: Layout, names: list[Name]) -> int | None:
+    """The first column that by name and values counts samples."""
+    # Of the axes e, n, u the second is no counter.
+    axes = {"e", "u"} & {name.whole for name in names}
+    for column, name in enumerate(names):
+        named = not _COUNTERS.isdisjoint(name.words) and _OF_COUNTERS.issuperset(name.words)
+        if named and layout.kinds[column] == "number" and not (axes and name.whole == "n"):
+            values = layout.values(column)
+            if _rises(values) and all(value.is_integer() for value in values):
+                return column
+    return None
 
 
 def _may_be_time(name: Name) -> bool:

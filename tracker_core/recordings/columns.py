@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -13,7 +12,7 @@ from tracker_core.recordings.bounds import ID_LENGTH, LATE
 from tracker_core.recordings.clocks import CLOCKS
 from tracker_core.recordings.content import Content
 from tracker_core.recordings.findings import Ledger
-from tracker_core.recordings.numbers import NOTHING, Cells, numbers
+from tracker_core.recordings.numbers import NOTHING, Cells, numbers, split
 from tracker_core.recordings.reading import DECIMALS, DELIMITERS, Reading
 from tracker_core.recordings.rows import Row, pieces
 from tracker_core.types import BoolArray, FloatArray, IntArray
@@ -24,8 +23,6 @@ PARTS = {
     "polar": ("range", "bearing", "elevation"),
 }
 """What the columns of a position hold, by frame."""
-
-_BETWEEN = re.compile(r"[,;\s]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +153,7 @@ def _positions(piece: list[Row], reading: Reading, chosen: tuple[int, ...], ledg
         cells: Cells = column_of(piece, column)
         decimal = DECIMALS[reading.decimal]
         if chosen.count(column) > 1:
-            cells, decimal = _parts(cells, chosen[:axis].count(column)), "."
+            cells, decimal = _parts(cells, chosen[:axis].count(column), decimal), "."
         values[:, axis], wrong[:, axis] = numbers(cells, decimal)
         cells_of.append(cells)
     names = PARTS[reading.frame]
@@ -176,10 +173,9 @@ def _listed(names: tuple[str, ...], chosen: BoolArray) -> str:
     return " and ".join(name for name, one in zip(names, chosen, strict=False) if one)
 
 
-def _parts(cells: Cells, part: int) -> list[str]:
+def _parts(cells: Cells, part: int, decimal: str) -> list[str]:
     """One of several numbers in a cell, as in "(51.5, -0.1)"; the whole cell where it has not so many."""
-    split = (_BETWEEN.split(cell.strip(" ()[]")) for cell in cells)
     return [
         parts[part] if part < len(parts) else "" if cell.strip().lower() in NOTHING else cell
-        for parts, cell in zip(split, cells, strict=True)
+        for parts, cell in ((split(cell, decimal), cell) for cell in cells)
     ]

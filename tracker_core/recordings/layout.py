@@ -13,8 +13,8 @@ from tracker_core.checks import InputError
 from tracker_core.recordings.bounds import MOST_COLUMNS, MOST_LINE
 from tracker_core.recordings.clocks import microseconds, second_of_day
 from tracker_core.recordings.content import Content
-from tracker_core.recordings.numbers import NOTHING, number
-from tracker_core.recordings.reading import DELIMITERS
+from tracker_core.recordings.numbers import NOTHING, number, split
+from tracker_core.recordings.reading import DECIMALS, DELIMITERS
 from tracker_core.recordings.rows import COMMENTS, Row, first_rows
 
 LOOKED_AT = 200
@@ -24,7 +24,11 @@ _ORDER = ("tab", "semicolon", "pipe", "comma", "space")
 """Where two fit equally well, the first is meant: it is the rarer one in texts and numbers."""
 
 _WITH_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
+_PAIR_WITH_COMMAS = re.compile(r"\s*[(\[]?\s*[+-]?\d+,\d+(?:\s*;\s*|\s*,\s+|\s+)[+-]?\d+,\d+\s*[)\]]?\s*")
 _PAIR = re.compile(r"\s*[(\[]?\s*[+-]?\d+(?:\.\d+)?\s*[,; ]\s*[+-]?\d+(?:\.\d+)?\s*[)\]]?\s*")
+
+_LONGEST_PAIR = 100
+"""Characters of a cell from which on it is not looked at as a pair."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +101,9 @@ def _score(delimiter: str, head: list[Row]) -> tuple[float, int]:
     width = _width(head)
     usual = [row for _, row in head if len(row) == width]
     comma = delimiter != "comma"
-    told = sum(_tells(cell, comma=comma) for row in usual for cell in row) / len(usual)
+    cells = [cell for row in usual for cell in row]
+    pairs = sum(map(_is_pair_with_commas, cells)) if comma else 0
+    told = (sum(_tells(cell, comma=comma) for cell in cells) + 2 * pairs) / len(usual)
     share = len(usual) / len(head)
     # A table of one column has no delimiter, or the usual one.
     order = _ORDER.index(delimiter) if width > 1 else delimiter != "comma"
@@ -133,7 +139,7 @@ def _is_clock(cell: str) -> bool:
 
 def _decimal(delimiter: str, head: list[Row]) -> str:
     cells = [cell for _, row in head for cell in row]
-    with_comma = sum(bool(_WITH_COMMA.fullmatch(cell)) for cell in cells)
+    with_comma = sum(bool(_WITH_COMMA.fullmatch(cell)) or _is_pair_with_commas(cell) for cell in cells)
     with_point = sum("." in cell and _is_number(cell) for cell in cells)
     # Between commas, a cell with a comma was quoted.
     return "comma" if with_comma > with_point and (delimiter != "comma" or with_comma >= len(head) // 2) else "point"
@@ -183,5 +189,19 @@ def _kind(body: Iterable[Row], column: int, decimal: str) -> str:
         elif _is_date(cell):
             counts["date"] += 1
         else:
-            counts["pair" if len(cell) < 100 and _PAIR.fullmatch(cell) else "text"] += 1
+            counts["pair" if _is_pair(cell, decimal) else "text"] += 1
     return max(counts, key=lambda kind: counts[kind]) if counts else "empty"
+
+
+def _is_pair(cell: str, decimal: str) -> bool:
+    if len(cell) >= _LONGEST_PAIR:
+        return False
+    if decimal == "point":
+        return bool(_PAIR.fullmatch(cell))
+    parts = split(cell, DECIMALS[decimal])
+    return len(parts) == 2 and all(map(_is_number, parts))
+
+
+def _is_pair_with_commas(cell: str) -> bool:
+    """Whether a cell holds two numbers that tell the decimal sign: the commas in them are none between cells."""
+    return "," in cell and len(cell) < _LONGEST_PAIR and bool(_PAIR_WITH_COMMAS.fullmatch(cell))

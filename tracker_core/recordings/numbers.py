@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from math import nan
 
@@ -14,6 +15,9 @@ Cells = Sequence[str]
 NOTHING = frozenset({"", "-", "--", "nan", "none", "null", "na", "n/a", "#n/a", "\\n", "nil", "missing"})
 """How programs write that there is no number, in small letters."""
 
+_BETWEEN = re.compile(r"[,;\s]+")
+_BETWEEN_COMMAS = re.compile(r"\s*;\s*|\s*,\s+|\s+")
+_POINTED = re.compile(r"[+-]?\d+\.\d+(?:(?:\s*[,;]\s*|\s+)[+-]?\d+\.\d+)+")
 
 _BEGINNINGS = frozenset("0123456789+-.iInN")
 
@@ -55,3 +59,15 @@ def number(cell: str) -> float:
         return float(cell)
     except ValueError:
         return nan
+
+
+def split(cell: str, decimal: str = ".") -> list[str]:
+    """The numbers in a cell that holds several, as in "(51.5, -0.1)", each with a decimal point.
+
+    With another sign before the fraction a comma separates only if a blank follows it, as in "51,5 -0,1",
+    "51,5; -0,1" and "51,5, -0,1"; numbers that all have points are taken as they are.
+    """
+    text = cell.strip(" ()[]")
+    if decimal == "." or _POINTED.fullmatch(text):
+        return _BETWEEN.split(text)
+    return [part.replace(".", "_").replace(decimal, ".") for part in _BETWEEN_COMMAS.split(text)]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tracker_core.checks import InputError
 from tracker_core.recordings.bounds import FEWEST
@@ -17,6 +19,8 @@ from tracker_core.recordings.reading import Reading
 from tracker_core.recordings.recorded import Recorded
 from tracker_core.recordings.timing import LONG, Grid, find_grid, regularity
 from tracker_core.types import BoolArray, FloatArray, IntArray
+
+_Cell = TypeVar("_Cell", bound=np.generic)
 
 
 @dataclass(slots=True)
@@ -56,7 +60,7 @@ def read_content(content: Content, reading: Reading) -> Recorded:
         ledger.add("encoding", 0, "read as Latin-1")
     table = columns(content, reading, ledger)
     found = _in_time(_admitted(table, reading, ledger), reading, ledger)
-    _mark_held(found, reading, ledger)
+    held = _mark_held(found, reading, ledger)
     place = origin_of(found.positions, reading)
     positions = to_metres(found.positions, reading, place)
     measured = int(np.isfinite(positions).any(axis=1).sum())
@@ -79,7 +83,8 @@ def read_content(content: Content, reading: Reading) -> Recorded:
         truth=truth if reading.truth else None,
         interval=grid.interval if grid else None,
         regularity=even,
-        lines=_spread_lines(found.lines, grid),
+        lines=_spread_one(found.lines, grid),
+        held=_spread_one(held, grid),
         start=start_of(reading.clock, float(found.ticks[0])) if reading.time else "",
         place=place,
         rows=table.rows,
@@ -153,8 +158,12 @@ def _twice(table: _Rows, row: int, original: int) -> tuple[int, str]:
     return int(table.lines[row]), f"{'same' if same else 'another'} position as in line {table.lines[original]}"
 
 
-def _mark_held(table: _Rows, reading: Reading, ledger: Ledger) -> None:
-    """Note positions that are exactly those of the measurement before, and take them away if the reading says so."""
+def _mark_held(table: _Rows, reading: Reading, ledger: Ledger) -> BoolArray:
+    """Note positions that are exactly those of the measurement before, and take them away if the reading says so.
+
+    Returns:
+        Which they are, shape (n,).
+    """
     whole = np.flatnonzero(np.isfinite(table.positions).all(axis=1))
     same = (table.positions[whole[1:]] == table.positions[whole[:-1]]).all(axis=1)
     held, before = whole[1:][same], whole[:-1][same]
@@ -164,6 +173,9 @@ def _mark_held(table: _Rows, reading: Reading, ledger: Ledger) -> None:
     ledger.add_all("held", len(held), texts)
     if reading.held == "missing":
         table.positions[held] = np.nan
+    marked = np.zeros(len(table.lines), dtype=bool)
+    marked[held] = True
+    return marked
 
 
 def _grid(times: FloatArray, offset: float, reading: Reading) -> Grid | None:
@@ -186,9 +198,10 @@ def _spread(values: FloatArray, samples: IntArray) -> FloatArray:
     return spread
 
 
-def _spread_lines(lines: IntArray, grid: Grid | None) -> IntArray:
+def _spread_one(values: NDArray[_Cell], grid: Grid | None) -> NDArray[_Cell]:
+    """One value a row at its sample number, zero between them."""
     if grid is None:
-        return lines
-    spread = np.zeros(int(grid.samples[-1]) + 1, dtype=np.int64)
-    spread[grid.samples] = lines
+        return values
+    spread = np.zeros(int(grid.samples[-1]) + 1, dtype=values.dtype)
+    spread[grid.samples] = values
     return spread

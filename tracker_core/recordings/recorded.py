@@ -9,7 +9,7 @@ import numpy as np
 from tracker_core.recordings.findings import Finding
 from tracker_core.recordings.reading import Reading
 from tracker_core.recordings.timing import Regularity
-from tracker_core.types import FloatArray, IntArray
+from tracker_core.types import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +25,7 @@ class Recorded:
         interval: s where it is constant, else None.
         regularity: how even the stamps are.
         lines: shape (n,), number of the row's line in the file; 0 for a sample that was put into a gap.
+        held: shape (n,), whether the row's position is exactly that of the measurement before, missing or kept.
         start: date and time of the first row in UTC; empty where the clock does not tell.
         place: latitude, longitude (degrees) and altitude (m) of the local origin; None where there is none.
         rows: how many rows the file has.
@@ -41,6 +42,7 @@ class Recorded:
     interval: float | None
     regularity: Regularity
     lines: IntArray
+    held: BoolArray
     start: str
     place: tuple[float, float, float] | None
     rows: int

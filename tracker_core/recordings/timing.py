@@ -12,6 +12,9 @@ from tracker_core.types import FloatArray, IntArray
 TOLERANCE = 0.01
 """Share of the interval by which a stamp may lie beside its sample."""
 
+ROUNDED = 0.1
+"""The same, less than which it is where stamps are rounded: further aside, they may as well be true."""
+
 LONG = 1.5
 """Nominal intervals over which an interval is a gap."""
 
@@ -27,6 +30,7 @@ class Regularity:
         shortest, longest: of the intervals between two rows, s.
         odd: share of intervals further than TOLERANCE of the nominal one from a whole multiple of it.
         jitter: root mean square of those distances, s.
+        aside: greatest distance of a stamp from its sample, s; 0 where the interval is not constant.
     """
 
     nominal: float
@@ -34,6 +38,7 @@ class Regularity:
     longest: float
     odd: float
     jitter: float
+    aside: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,10 +58,13 @@ def regularity(times: FloatArray, interval: float | None) -> Regularity:
     """How even strictly increasing times are, with the constant interval where there is one."""
     steps = np.diff(times)
     nominal = float(np.median(steps)) if interval is None else interval
-    beside = steps - nominal * np.maximum(np.round(steps / nominal), 1)
+    counts = np.maximum(np.round(steps / nominal), 1)
+    beside = steps - nominal * counts
     odd = np.abs(beside) > TOLERANCE * nominal * (1 + 1e-6)
     jitter = float(np.sqrt(np.mean(beside**2)))
-    return Regularity(nominal, float(steps.min()), float(steps.max()), float(odd.mean()), jitter)
+    samples = np.concatenate(([0.0], np.cumsum(counts)))
+    aside = 0.0 if interval is None else _distance(samples, times, interval)
+    return Regularity(nominal, float(steps.min()), float(steps.max()), float(odd.mean()), jitter, aside)
 
 
 def find_grid(times: FloatArray, offset: float = 0.0) -> Grid | None:
@@ -64,8 +72,9 @@ def find_grid(times: FloatArray, offset: float = 0.0) -> Grid | None:
 
     Interval T and sample numbers k are constant if no stamp lies further from a + k T, a and T by least squares over
     the whole recording, than 1 % of T or, where that is more, half a unit of the last decimal that the stamps have,
-    as long as that is no more than T/4: a stamp of 25 samples a second that is rounded to the millisecond lies 1.25 %
-    of T aside, and is meant to be even.
+    as long as that is less than T/10: a stamp of 25 samples a second that is rounded to the millisecond lies 1.25 %
+    of T aside, and is meant to be even. Whole seconds 2, 3, 2, 3 s apart may be every 2.5 s, or true: they are not
+    constant.
     Distances do not add up, so a clock that drifts is not constant. Of the intervals that fit about as well as the
     least squares, the one of fewest digits is taken: 0.1 and not 0.09999999999999998.
 
@@ -75,7 +84,7 @@ def find_grid(times: FloatArray, offset: float = 0.0) -> Grid | None:
     """
     steps = np.diff(times)
     usual = np.sort(steps)[(len(steps) - 1) // 2]
-    # Stamps of every 2.4 s in whole seconds are 2 or 3 s apart: their mean tells more than any of them.
+    # Stamps of every 5.4 s in whole seconds are 5 or 6 s apart: their mean tells more than any of them.
     interval = float(steps[(steps >= usual / LONG) & (steps <= LONG * usual)].mean())
     last = times[-1] / interval
     if not last < MOST_ROWS * LONG:
@@ -92,7 +101,9 @@ def find_grid(times: FloatArray, offset: float = 0.0) -> Grid | None:
     first, interval = _line(samples, times)
     rounding = 4 * _EPSILON * (abs(offset) + times[-1])
     worst = _distance(samples, times, interval)
-    rounded = min(0.5 * _last_decimal(times + offset) * (1 + 1e-6), interval / 4)
+    rounded = 0.5 * _last_decimal(times + offset) * (1 + 1e-6)
+    # At the limit, as every 2.5 s in stamps 2 and 3 s apart, they are not constant, whatever the last bits say.
+    rounded = min(rounded, ROUNDED * interval * (1 - 1e-6) - 2 * rounding)
     if worst > max(TOLERANCE * interval, rounded) + rounding:
         return None
     return Grid(_shortest(samples, times, interval, 1.5 * worst + rounding), samples.astype(np.int64))

@@ -60,8 +60,8 @@ def layout(**query: str) -> Component:
             ),
             plot_card("data-intervals", "Intervals", "The time from every row to the next, over time."),
             plot_card(
-                "data-innovation", "Innovation and gate", "How far every measurement lay from its prediction over "
-                "time, beside the gate.",
+                "data-innovation", "Innovation", "How far every measurement lay from its prediction, over time; where "
+                "there is a gate, in standard deviations and beside it.",
             ),
             html.Div(id="data-live", className="visually-hidden", role="status"),
         ],

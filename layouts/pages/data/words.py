@@ -11,6 +11,9 @@ from tracker_core.recordings import KINDS, Recorded
 LISTED = 200
 """Findings that the page lists; the rest is in the table that can be taken home."""
 
+ASIDE = 0.001
+"""Share of the interval from which on it is said how far stamps lie beside their samples."""
+
 
 def found_text(found: Recorded) -> str:
     """How many rows were out of the ordinary, in a sentence."""
@@ -69,13 +72,25 @@ def facts_rows(found: Recorded, result: Result) -> list[list[str]]:
 
 def _interval(found: Recorded) -> str:
     even = found.regularity
-    if found.interval is not None:
-        gaps = found.counts.get("gap", 0)
-        return f"constant, T = {significant(found.interval, 6)} s" + (f", {gaps:,} gaps" if gaps else "")
-    return (
-        f"varies: {significant(even.shortest, 3)} to {significant(even.longest, 3)} s, median "
-        f"{significant(even.nominal, 3)} s; every filter uses the actual ones"
-    )
+    if found.interval is None:
+        return (
+            f"varies: shortest {_brief(even.shortest, 3)} s, median {_brief(even.nominal, 3)} s, longest "
+            f"{_brief(even.longest, 3)} s; every filter uses the actual ones"
+        )
+    constant = f"constant, T = {_brief(found.interval, 6)} s"
+    if not found.reading.time:
+        return f"{constant}, assumed: no column is read as a time"
+    gaps = found.counts.get("gap", 0)
+    said = constant + (f", {gaps:,} gap{'s' if gaps > 1 else ''}" if gaps else "")
+    if even.aside > ASIDE * found.interval:
+        said += f"; stamps lie up to {_brief(even.aside, 2)} s beside it"
+    return said
+
+
+def _brief(value: float, digits: int) -> str:
+    """A number to some significant digits, without zeros at the end of its fraction."""
+    text = significant(value, digits)
+    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
 
 
 def _duration(seconds: float) -> str:
