@@ -22,6 +22,7 @@ from layouts import pipe, takeaway
 from layouts.pipe import PIECE, Pipe, piped
 from layouts.text import file_stem
 from tracker_core import Experiment, run_experiment
+from tracker_core.__main__ import main
 from tracker_core.measured import SHELF, File
 
 RECORDINGS = Path(__file__).parents[2] / "assets" / "recordings"
@@ -268,3 +269,16 @@ def test_a_place_is_free_again_however_an_export_ended(monkeypatch):
                     await server(scope, gone, refuse)
 
     asyncio.run(run())
+
+
+def test_the_list_in_the_zip_says_how_to_repeat_a_recording(http, dirty, tmp_path, capsys):
+    with zipfile.ZipFile(io.BytesIO(ask(http, "/export.zip", **filter_of(dirty)).content)) as archive:
+        archive.extractall(tmp_path)
+    (line,) = [part for part in (tmp_path / "README.txt").read_text("utf-8").splitlines() if "To repeat it" in part]
+    command = line.partition("python -m tracker_core ")[2].partition(",")[0].split()
+    recording = tmp_path / "recording.csv"
+    recording.write_bytes((RECORDINGS / "dirty.csv").read_bytes() + b"# taken home\n")
+    files = {"experiment.json": str(tmp_path / "experiment.json"), "FILE": str(recording)}
+    assert main([*(files.get(part, part) for part in command), "--json"]) == 0
+    again = json.loads(capsys.readouterr().out)
+    assert again["metrics"] == json.loads((tmp_path / "metrics.json").read_text("utf-8"))["metrics"]

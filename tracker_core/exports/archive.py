@@ -47,6 +47,8 @@ def run_parts(result: Result, *, title: str = "", origin: str = "") -> list[Part
         The parts. A filter whose gains a method chooses as it runs cannot be exported: the README says so.
     """
     columns, summary, experiment = track_columns(result), run_summary(result), result.experiment.to_dict()
+    # The zip does not hold the recording: whoever made it has it.
+    recorded = " --data FILE, the recording" if result.scenario.measured else ""
     parts = [
         Part(
             "track.csv",
@@ -60,7 +62,7 @@ def run_parts(result: Result, *, title: str = "", origin: str = "") -> list[Part
         Part(
             "experiment.json",
             partial(write_json, experiment),
-            "What was run. To repeat it: python -m tracker_core run --experiment experiment.json",
+            f"What was run. To repeat it: python -m tracker_core run --experiment experiment.json{recorded}",
         ),
     ]
     note = ""
