@@ -63,12 +63,16 @@ class Pipe(io.RawIOBase):
                 self._pass(bytes(self._gathered))
         except BaseException as error:  # noqa: BLE001 - whatever it was, the reader must hear of it
             end = error
+        # An end needs no room: whoever takes nothing for long and then goes on must not wait for it in vain.
         with contextlib.suppress(BrokenPipeError):
-            self._pass(end)
+            self._send(end)
 
-    def _pass(self, piece: bytes | BaseException | None) -> None:
+    def _pass(self, piece: bytes) -> None:
         if self._gone.is_set() or not self._room.acquire(timeout=STALLED) or self._gone.is_set():
             raise BrokenPipeError
+        self._send(piece)
+
+    def _send(self, piece: bytes | BaseException | None) -> None:
         try:
             self._loop.call_soon_threadsafe(self._pieces.put_nowait, piece)
         except RuntimeError:
