@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import csv
 import io
 from collections.abc import Callable, Mapping
@@ -14,9 +15,9 @@ from typing import IO, Any, TextIO
 from fastapi import FastAPI, Request, Response
 from fastapi.responses import StreamingResponse
 from starlette.requests import ClientDisconnect
-from starlette.types import Receive, Scope, Send
+from starlette.types import Message, Receive, Scope, Send
 
-from layouts.pipe import Pipe, piped
+from layouts.pipe import STALLED, Pipe, piped
 from layouts.text import file_stem
 from layouts.uploads import attachment, refusal
 from tracker_core import Experiment, InputError, Result, run_experiment
@@ -40,6 +41,7 @@ AT_ONCE = 2
 """Exports that are made at a time; the others wait."""
 
 MOST_WAITING = 32
+"""Exports that have been asked for and have not ended, those that are being sent among them."""
 
 LOOKED_AFTER = 1.0
 """Seconds after which it is looked whether somebody still waits."""
@@ -125,34 +127,28 @@ def attach(server: FastAPI) -> None:
 
     What cannot be run is answered with `{field, rule, received, message}`.
     """
+    # Links are read by threads of their own: reading a long recording must not hold up what else needs a thread.
+    readers = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="links")
     makers = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="exports")
-    under_way: set[Pipe] = set()
+    under_way: set[Request] = set()
 
     async def give(request: Request, name: str) -> Response:
         if len(under_way) >= MOST_WAITING:
             return refusal(InputError("export", f"must wait: {MOST_WAITING} others do", name), 503)
-        try:
-            export = EXPORTS[check_choice("export", name, EXPORTS)]
-            experiment = await asyncio.to_thread(experiment_of, dict(request.query_params))
-        except InputError as error:
-            return refusal(error, 404 if error.field == "export" else 422)
-        pipe = piped(makers, partial(export.written, experiment, request.url.query))
-        under_way.add(pipe)
-
-        def leave() -> None:
-            pipe.leave()
-            under_way.discard(pipe)
-
-        try:
-            await _opened(pipe, request)
-        except InputError as error:
-            leave()
-            return refusal(error, 422)
-        except BaseException:
-            leave()
-            raise
-        title = export.named(file_stem(experiment.target.title))
-        return _Given(pipe, leave, media_type=export.media, headers=attachment(title))
+        with contextlib.ExitStack() as ending:
+            under_way.add(request)
+            ending.callback(under_way.discard, request)
+            try:
+                export = EXPORTS[check_choice("export", name, EXPORTS)]
+                query = dict(request.query_params)
+                experiment = await asyncio.get_running_loop().run_in_executor(readers, experiment_of, query)
+                pipe = piped(makers, partial(export.written, experiment, request.url.query))
+                ending.callback(pipe.leave)
+                await _opened(pipe, request)
+            except InputError as error:
+                return refusal(error, 404 if error.field == "export" else 422)
+            title = export.named(file_stem(experiment.target.title))
+            return _Given(pipe, ending.pop_all().close, media_type=export.media, headers=attachment(title))
 
     @server.get("/export.zip")
     async def everything(request: Request) -> Response:
@@ -187,8 +183,13 @@ class _Given(StreamingResponse):
         self._leave = leave
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        async def sent(message: Message) -> None:
+            # A client that stays and takes nothing has left as well.
+            async with asyncio.timeout(STALLED):
+                await send(message)
+
         try:
-            await super().__call__(scope, receive, send)
+            await super().__call__(scope, receive, sent)
         finally:
             self._leave()
 
