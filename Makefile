@@ -56,3 +56,4 @@ lock:
 	$(locking) --extra web --extra cluster -o requirements/serve.txt
 	$(locking) --extra web --extra cluster --group test --group lint -c requirements/serve.txt -o requirements/dev.txt
 	$(locking) --group bench -c requirements/dev.txt -o requirements/bench.txt
+	$(locking) --group release -c requirements/dev.txt -o requirements/release.txt

@@ -11,10 +11,10 @@ import asyncio
 import json
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
-from urllib.parse import urlsplit
 
 from fastapi import FastAPI, WebSocket, WebSocketDisconnect
 
+from server.origin import same_origin
 from tracker_core.types import FloatArray
 
 MESSAGE_LIMIT = 20_000
@@ -59,16 +59,6 @@ async def _reply(text: str, answer: Answer, is_long: Callable[[Mapping[str, Any]
     if is_long(question):
         return framed(*await asyncio.to_thread(answer, question))
     return framed(*answer(question))
-
-
-def same_origin(origin: str | None, host: str | None) -> bool:
-    """Whether a socket was opened by a page of this server; a browser always says where it comes from."""
-    if origin is None or host is None:
-        return False
-    try:
-        return urlsplit(origin).netloc.lower() == host.lower()
-    except ValueError:
-        return False
 
 
 def framed(rest: Mapping[str, Any], arrays: Iterable[FloatArray]) -> bytes:

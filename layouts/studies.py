@@ -21,8 +21,9 @@ from typing import Any, Protocol
 import orjson
 from fastapi import FastAPI, WebSocket, WebSocketDisconnect
 
-from layouts.live import MESSAGE_LIMIT, POLICY, TOO_LARGE, UNREADABLE, same_origin
+from layouts.live import MESSAGE_LIMIT, POLICY, TOO_LARGE, UNREADABLE
 from layouts.text import error_text
+from server.origin import same_origin
 from tracker_core import InputError
 from tracker_core.tuning import Progress
 

@@ -16,9 +16,10 @@ from starlette.requests import ClientDisconnect
 
 from layouts.files import NoRoomError, Store
 from layouts.incoming import MEGABYTE, Incoming, too_large
-from layouts.live import same_origin
 from layouts.text import error_text
-from tracker_core.checks import InputError, check_choice, show
+from server.origin import same_origin
+from server.problem import problem
+from tracker_core.checks import InputError, check_choice
 from tracker_core.measured import SHELF, File, clean_name, fetch, proposed
 from tracker_core.recordings import look
 
@@ -190,10 +191,7 @@ def _check_table(content: bytes) -> None:
 
 def refusal(error: InputError, status: int) -> JSONResponse:
     """What is answered to what cannot be taken."""
-    said = {
-        "field": error.field, "rule": error.rule, "received": show(error.received), "message": error_text(error),
-    }  # fmt: skip
-    return JSONResponse(said, status, {"Connection": "close"} if status in (408, 413) else None)
+    return problem(error, status, error_text(error), {"Connection": "close"} if status in (408, 413) else None)
 
 
 def attachment(name: str) -> dict[str, str]:

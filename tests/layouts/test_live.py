@@ -11,7 +11,7 @@ from fastapi import FastAPI
 
 from layouts import desk, live
 from layouts.desk import LONG_RUN
-from layouts.live import MESSAGE_LIMIT, POLICY, TOO_LARGE, UNREADABLE, framed, same_origin
+from layouts.live import MESSAGE_LIMIT, POLICY, TOO_LARGE, UNREADABLE, framed
 from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.pages.track.answers import DESK as TRACK
@@ -21,40 +21,6 @@ PLOTS = list(EXPLORE.plots)
 answer, live_answer = (partial(function, EXPLORE) for function in (desk.answer, desk.live_answer))
 
 # Parts -------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("origin", "host", "same"),
-    [
-        ("http://localhost:8050", "localhost:8050", True),
-        ("https://localhost:8050", "localhost:8050", True),
-        ("http://LocalHost:8050", "localhost:8050", True),
-        ("http://localhost:8050", "LOCALHOST:8050", True),
-        ("https://gainscope.example", "gainscope.example", True),
-        ("http://[::1]:8050", "[::1]:8050", True),
-        ("http://localhost:8051", "localhost:8050", False),
-        ("http://localhost", "localhost:8050", False),
-        ("http://127.0.0.1:8050", "localhost:8050", False),
-        ("http://evil.example", "localhost:8050", False),
-        ("http://localhost:8050.evil.example", "localhost:8050", False),
-        ("http://evil.example/localhost:8050", "localhost:8050", False),
-        ("http://evil.example#localhost:8050", "localhost:8050", False),
-        ("http://localhost:8050@evil.example", "localhost:8050", False),
-        ("localhost:8050", "localhost:8050", False),
-        ("null", "localhost:8050", False),
-        ("", "localhost:8050", False),
-        (None, "localhost:8050", False),
-        ("http://localhost:8050", None, False),
-        (None, None, False),
-    ],
-)
-def test_a_page_of_this_server_and_no_other_may_speak(origin, host, same):
-    assert same_origin(origin, host) is same
-
-
-@pytest.mark.parametrize("origin", ["http://[", "http://[gainscope]", "http://a\u2100b"])
-def test_an_origin_that_cannot_be_read_is_a_foreign_one(origin):
-    assert same_origin(origin, "localhost:8050") is False
 
 
 @pytest.mark.parametrize("rest", [{}, {"a": 1}, {"ab": 1}, {"abc": "ξ"}, {"abcd": "🙂"}, {"long": "x" * 1000}])

@@ -107,7 +107,7 @@ def test_what_cannot_be_run_names_the_field(http, path, query, status, field):
     answer = ask(http, path, **query)
     assert answer.status_code == status
     assert answer.json()["field"] == field
-    assert answer.json().keys() == {"field", "rule", "received", "message"}
+    assert answer.json().keys() == {"field", "rule", "received", "message", "request"}
 
 
 def test_too_many_waiting_are_refused(http, monkeypatch):

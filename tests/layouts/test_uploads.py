@@ -150,7 +150,7 @@ def test_too_much_is_refused_by_its_length_or_as_it_comes(ask, store, said):
     assert answer.status_code == 413
     rule = "must have at most 0.002 MB; leave out columns, rows or tracks that are not needed"
     assert answer.json() == {
-        "field": "file", "rule": rule, "received": "'0.0 MB'", "message": f"file {rule}, got “0.0 MB”.",
+        "field": "file", "rule": rule, "received": "'0.0 MB'", "message": f"file {rule}, got “0.0 MB”.", "request": "",
     }  # fmt: skip
     assert answer.headers["connection"] == "close"
     assert inside(store) == []
@@ -170,7 +170,7 @@ def test_the_bound_itself_is_taken(ask, store):
 def test_what_is_no_table_is_not_kept(ask, shelf, store, content, keep):
     answer = put(ask, server_for(store), content, keep=keep)
     assert answer.status_code == 422
-    assert answer.json().keys() == {"field", "rule", "received", "message"}
+    assert answer.json().keys() == {"field", "rule", "received", "message", "request"}
     assert inside(store) == []
     assert shelf.fetch(content_name(content)) is None
 
