@@ -64,12 +64,14 @@ class View:
 
     Attributes:
         nodes: properties by name.
+        visible: by name whether a node is, as far as that was said.
         kinds: types of the messages of each frame.
         sizes: bytes of each frame.
     """
 
     def __init__(self) -> None:
         self.nodes: dict[str, dict[str, Any]] = {}
+        self.visible: dict[str, bool] = {}
         self.kinds: list[list[str]] = []
         self.sizes: list[int] = []
 
@@ -88,6 +90,8 @@ class View:
                 self.nodes[message["name"]] = dict(message["props"])
             elif message["type"] == "SceneNodeUpdateMessage":
                 self.nodes[message["name"]] |= message["updates"]
+            elif message["type"] == "SetSceneNodeVisibilityMessage":
+                self.visible[message["name"]] = message["visible"]
             elif message["type"] == "RemoveSceneNodeMessage":
                 self.nodes.pop(message["name"], None)
 

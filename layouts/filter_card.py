@@ -304,3 +304,11 @@ def close_up_card(page: str, label: str) -> Component:
         ],
         [sample_cursor(page, "Sample in the close-up")],
     )  # fmt: skip
+
+
+def error_card(page: str, title: str = "Error") -> Component:
+    """The distances over time; the page's script titles them anew where nobody knows the truth."""
+    return plot_card(
+        f"{page}-error", title,
+        "Distance of prediction and smoothed position over time from the truth, or else from the measurements.",
+    )  # fmt: skip

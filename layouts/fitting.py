@@ -46,6 +46,16 @@ def value_of(controls: dict[str, Any], name: str) -> Any:
         return None
 
 
+def target_said(controls: dict[str, Any]) -> Scenario:
+    """What the controls say is tracked.
+
+    Raises:
+        InputError: for an unknown scenario, a recording that is nowhere, or one that cannot be read like this.
+    """
+    data, reading = (str(controls.get(name) or "") or None for name in ("data", "reading"))
+    return target_of(str(controls.get("scenario")), data, reading)
+
+
 def _take_defaults(method: Method, controls: dict[str, Any], changed: Collection[str]) -> None:
     """What stands where another method would begin stands where this one does."""
     interval = value_of(controls, "interval")
@@ -60,22 +70,18 @@ def _take_defaults(method: Method, controls: dict[str, Any], changed: Collection
 
 def _keep_objective(controls: dict[str, Any], order: int) -> Iterator[str]:
     """A search follows a state that the filter has, and that is known of the target."""
-    objective, scenario = controls.get("objective"), _target(controls)
-    if objective not in STATE_NAMES or scenario is None:
+    objective = controls.get("objective")
+    try:
+        scenario = target_said(controls)
+    except InputError:
+        # Refused beside the field that is wrong.
+        return
+    if objective not in STATE_NAMES:
         return
     followed = STATE_NAMES[: min(order, scenario.known_states)]
     if followed and objective not in followed:
         controls["objective"] = followed[-1]
         yield f"The true {objective} is not known or followed here: the objective is {followed[-1]}."
-
-
-def _target(controls: dict[str, Any]) -> Scenario | None:
-    """What the controls say is tracked; None where that cannot be told."""
-    data, reading = (str(controls.get(name) or "") or None for name in ("data", "reading"))
-    try:
-        return target_of(str(controls.get("scenario")), data, reading)
-    except InputError:
-        return None
 
 
 def _keep_window(controls: dict[str, Any]) -> Iterator[str]:

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from layouts.comparing import COMPARING_FIELDS
-from layouts.fitting import fit, value_of
+from layouts.fitting import fit, target_said, value_of
 from layouts.reading import follow_reading
 from layouts.state import LIMIT_FIELDS, plane_name
 from layouts.tuning import TUNING_FIELDS
@@ -19,7 +19,7 @@ from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
 from tracker_core.checks import Domain, check_choice
 from tracker_core.conventions import GAIN, rewrite
 from tracker_core.design import MANUAL
-from tracker_core.experiment import BESIDE, DEFAULTS, PARAMETERS, orders_of, target_of
+from tracker_core.experiment import BESIDE, DEFAULTS, PARAMETERS, orders_of
 from tracker_core.fields import FIELDS
 from tracker_core.measured import RECORDING
 from tracker_core.optimal import path_index
@@ -120,8 +120,7 @@ class Draft:
         return tuple(METHODS[design].parameters) if design in METHODS else GAIN_NAMES[: self.order]
 
     def _take_sensor(self) -> None:
-        data, reading = (str(self.controls.get(name) or "") or None for name in ("data", "reading"))
-        usual = {**DEFAULTS, **target_of(self.controls["scenario"], data, reading).defaults}
+        usual = {**DEFAULTS, **target_said(self.controls).defaults}
         for name in (*SENSOR_FIELDS, "start"):
             self.controls[name] = usual[name]
         self.controls["noise_std"] = ",".join(map(str, usual["noise_std"]))

@@ -9,7 +9,7 @@ import numpy as np
 
 from layouts.figures.common import META, Figure, clipped, drawn, packed, padded_range, round_up, thinned, trace, xy
 from layouts.figures.error import running_rms, visible, window
-from layouts.figures.track import axes_of, close_up_rows, plane_of, positions, reach, whereabouts
+from layouts.figures.track import axes_of, close_up_rows, plane_of, positions, reach, refused, whereabouts
 from layouts.pinned import pinned_runs
 from layouts.shown import Shown, seen_key, target_key
 from layouts.theme import hollow, layout, pin_line, pin_marker, tokens
@@ -18,8 +18,8 @@ from tracker_core.fields import FIELDS
 from tracker_core.metrics import distances
 from tracker_core.types import GAIN_NAMES, FloatArray
 
-PATH_MOVING = (META, *xy(2, 3))
-CLOSE_UP_MOVING = (META, *xy(2, 3))
+PATH_MOVING = (META, *xy(2, 3, 4))
+CLOSE_UP_MOVING = (META, *xy(2, 3, 4))
 ERROR_MOVING = (META, *xy(1, 2), ("layout", "yaxis", "range"))
 GAINS_MOVING = (META, *xy(0, 1, 2, 3), *(("layout", f"yaxis{number}", "range") for number in ("", 2, 3, 4)))
 
@@ -83,6 +83,7 @@ def path_overlay(shown: Shown) -> Figure:
             "marker": {"symbol": "square-open", "size": 16, "color": t["marker"], "line": {"width": 2}},
             "hoverinfo": "skip", "showlegend": False,
         },
+        refused(shown, *plane_of(result, series["observed"], slice(None))),
     ]  # fmt: skip
     for slot, name, run in _runs(shown):
         data.append(overlay(slot, name, *plane_of(result, clipped(_exaggerated(shown, run), limit), rows), theme))
@@ -121,6 +122,7 @@ def close_up_overlay(shown: Shown) -> Figure:
             "marker": {"symbol": "circle-open", "size": 13, "color": t["marker"], "line": {"width": 2}},
             "name": "This sample", "hoverinfo": "skip",
         },
+        refused(shown, *observed, rows),
     ]  # fmt: skip
     for slot, name, run in _runs(shown):
         line_of = plane_of(result, clipped(_exaggerated(shown, run), limit), rows)

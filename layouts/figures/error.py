@@ -10,6 +10,7 @@ from layouts.figures.common import META, Figure, drawn, padded_range, trace, xy
 from layouts.figures.track import refused
 from layouts.shown import Shown, beside_key, seen_key, target_key
 from layouts.theme import layout, tokens
+from tracker_core import Result
 from tracker_core.metrics import distances
 from tracker_core.types import FloatArray
 
@@ -76,6 +77,11 @@ def error_figure(shown: Shown) -> Figure:
             yaxis={"title": {"text": f"distance to the {'truth' if known else 'measurement'} (m)"}, "range": [0, top]},
         ),
     }
+
+
+def title(result: Result) -> str:
+    """What the distances are called: an error is one from the truth."""
+    return "Error" if result.truth.known else "Residual"
 
 
 def error_key(shown: Shown) -> str:

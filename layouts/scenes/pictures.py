@@ -9,7 +9,7 @@ import numpy as np
 
 from layouts.theme import THEMES
 from tracker_core.checks import Domain, InputError, check_choice
-from tracker_core.types import GAIN_NAMES, FloatArray
+from tracker_core.types import GAIN_NAMES, BoolArray, FloatArray
 
 DRAWN_SAMPLES = 2_000
 """Of a longer run every n-th sample is drawn."""
@@ -61,6 +61,7 @@ class TrackPicture:
         trail: whether the last steps before the cursor are drawn bold.
         names: of the axes, for their labels.
         theme: "light" or "dark".
+        refused: shape (n_samples,), whether a gate did not believe a measurement; None where none watched.
 
     Raises:
         InputError: for shapes that do not fit, times that are not finite, a cursor outside the run, or an unknown
@@ -77,6 +78,7 @@ class TrackPicture:
     trail: bool = False
     names: tuple[str, ...] = ("x", "y", "z")
     theme: str = "light"
+    refused: BoolArray | None = None
 
     def __post_init__(self) -> None:
         if self.times.ndim != 1 or not len(self.times) or not np.isfinite(self.times).all():
@@ -86,6 +88,8 @@ class TrackPicture:
             shape = getattr(self, name).shape
             if len(shape) != 2 or shape[0] != samples or shape[1] not in (1, 2, 3) or shape != self.truth.shape:
                 raise InputError(name, f"must have the shape ({samples}, n_axes) with 1 to 3 axes", shape)
+        if self.refused is not None and self.refused.shape != (samples,):
+            raise InputError("refused", f"must have the shape ({samples},)", self.refused.shape)
         if len(self.names) < self.truth.shape[1]:
             raise InputError("names", f"must be {self.truth.shape[1]} names", self.names)
         Domain(0, samples - 1, whole=True).check("cursor", self.cursor)
@@ -93,12 +97,16 @@ class TrackPicture:
 
     def thinned(self) -> TrackDrawing:
         """What is drawn of it and remembered: no more than DRAWN_SAMPLES of a series."""
-        rows = slice(None, None, max(1, math.ceil(len(self.times) / DRAWN_SAMPLES)))
+        rows = _every(len(self.times))
         trail = slice(max(0, self.cursor - TRAIL_SAMPLES), self.cursor + 1)
+        gone = np.flatnonzero(np.zeros(len(self.times)) if self.refused is None else self.refused)
+        gone = gone[_every(len(gone))]
         return TrackDrawing(
             key=self.key,
             times=self.times[rows].copy(),
             series={name: getattr(self, name)[rows].copy() for name in SERIES},
+            refused_times=self.times[gone].copy(),
+            refused=self.observed[gone].copy(),
             cursor_time=float(self.times[self.cursor]),
             cursor={name: getattr(self, name)[self.cursor].copy() for name in ("observed", "smoothed")},
             trail_times=self.times[trail].copy() if self.trail else np.empty(0),
@@ -116,6 +124,8 @@ class TrackDrawing:
         key: as in the picture.
         times: shape (n_drawn,), s.
         series: truth, observed, predicted and smoothed, each of shape (n_drawn, n_axes), m.
+        refused_times: of the measurements that a gate did not believe, shape (n_refused,), s.
+        refused: these, shape (n_refused, n_axes), m.
         cursor_time: of the sample that is looked at, s.
         cursor: observed and smoothed of that sample, each of shape (n_axes,), m.
         trail_times: of the steps that lead to it, shape (n_trail,), s.
@@ -127,6 +137,8 @@ class TrackDrawing:
     key: str
     times: FloatArray
     series: dict[str, FloatArray]
+    refused_times: FloatArray
+    refused: FloatArray
     cursor_time: float
     cursor: dict[str, FloatArray]
     trail_times: FloatArray
@@ -142,6 +154,11 @@ class TrackDrawing:
     def same_line(self, other: TrackDrawing, name: str) -> bool:
         """Whether a series is the same in both."""
         return np.array_equal(self.series[name], other.series[name], equal_nan=True)
+
+
+def _every(samples: int) -> slice:
+    """All of so many, or every n-th."""
+    return slice(None, None, max(1, math.ceil(samples / DRAWN_SAMPLES)))
 
 
 Picture = RegionPicture | TrackPicture

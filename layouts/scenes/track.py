@@ -121,6 +121,10 @@ class TrackScene:
             "/observed", observed, np.array(channels(t["observed"]), dtype=np.uint8), point_size=0.0035,
             point_shape="circle", point_shading="flat", precision="float32",
         )  # fmt: skip
+        self.refused = scene.add_point_cloud(
+            "/refused", self._refused(), np.array(channels(t["bad"]), dtype=np.uint8), point_size=0.014,
+            point_shape="diamond", point_shading="flat", precision="float32", visible=len(drawing.refused) > 0,
+        )  # fmt: skip
         self.lines = {
             name: add_line(scene, f"/{name}", joined(self._points(name)), channels(t[name]), LINES[name]["width"])
             for name in ("predicted", "smoothed")
@@ -138,6 +142,9 @@ class TrackScene:
         for name, handle in self.lines.items():
             if not drawing.same_line(before, name):
                 handle.points = joined(self._points(name))
+        if not np.array_equal(drawing.refused_times, before.refused_times):
+            self.refused.points = self._refused()
+            self.refused.visible = len(drawing.refused) > 0
         self.trail.points = self._trail()
         self.measured.vertices = MEASURED.vertices(self._here("observed"))
         self.cursor.vertices = CURSOR.vertices(*self._cursor())
@@ -149,6 +156,12 @@ class TrackScene:
 
     def _points(self, name: str) -> Points:
         return points_of(self.box, self.drawing.times, self.drawing.series[name])
+
+    def _refused(self) -> Points:
+        """What the gate did not believe; one point somewhere where that is nothing, since no cloud may be empty."""
+        points = points_of(self.box, self.drawing.refused_times, self.drawing.refused)
+        points = points[np.isfinite(points).all(axis=1)]
+        return points if len(points) else np.zeros((1, 3), dtype=np.float32)
 
     def _here(self, name: str) -> Place:
         """Where the cursor is on a series."""

@@ -52,7 +52,7 @@ def test_from_nothing_to_three_pins_that_are_named_used_let_go_and_undone(open_p
 
 def test_the_present_filter_moves_among_the_pinned_ones(open_page, plot, settle):
     page = open_page(TWO)
-    before = [plot(page, "path").outline(trace) for trace in (2, 4)]
+    before = [plot(page, "path").outline(trace) for trace in (2, 5)]
     page.evaluate(
         """() => {const gd = document.querySelector('#compare-path .js-plotly-plot');
         const line = gd.querySelector('.scatterlayer .trace' + gd._fullData[2].uid + ' .js-line');
@@ -65,7 +65,7 @@ def test_the_present_filter_moves_among_the_pinned_ones(open_page, plot, settle)
     # Drawn by hand before plotly has drawn anything anew.
     assert page.evaluate("() => window.first === window.seq")
     settle(page)
-    after = [plot(page, "path").outline(trace) for trace in (2, 4)]
+    after = [plot(page, "path").outline(trace) for trace in (2, 5)]
     assert after[0] != before[0]
     assert after[1] == before[1]
     xi = float(page.input_value("#compare-xi"))

@@ -23,7 +23,7 @@ from tracker_core.exports import (
     write_json,
     write_track,
 )
-from tracker_core.exports.summary import PIECE
+from tracker_core.exports.cells import PIECE
 
 EXPERIMENTS = [
     {"scenario": "garg-constant-velocity"},

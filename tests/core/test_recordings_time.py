@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import linprog
 
 from tracker_core.recordings import Reading, read
 from tracker_core.recordings.clocks import CLOCKS, microseconds, second_of_day, start_of, unroll
-from tracker_core.recordings.timing import find_grid, regularity
+from tracker_core.recordings.timing import _distance, _evenest, find_grid, regularity
 
 
 def times_of(cells, **reading):
@@ -144,6 +145,61 @@ def test_the_interval_of_fewest_digits_is_taken():
     assert find_grid(np.cumsum(np.full(50, 0.1)) - 0.1).interval == 0.1
     stamps = np.round(np.arange(999) / 3, 3)
     assert find_grid(stamps).interval == pytest.approx(1 / 3, abs=1e-6)
+
+
+@pytest.mark.parametrize("kept", [1.0, 0.8], ids=["whole", "with gaps"])
+@pytest.mark.parametrize("seed", range(60))
+def test_stamps_are_constant_however_they_were_rounded(seed, kept):
+    """Half a unit of the last decimal is 1 to 10 % of the interval; a third lie further from the least squares."""
+    draw = np.random.default_rng(seed)
+    unit = 10.0 ** -draw.integers(0, 4)
+    interval = 0.5 * unit / draw.uniform(0.01, 0.0999)
+    samples = np.sort(draw.choice(2000, int(2000 * kept), replace=False))
+    samples -= samples[0]
+    stamps = np.round((draw.uniform(0, 1000) + interval * samples) / unit) * unit
+    grid = find_grid(stamps - stamps[0], stamps[0])
+    assert np.array_equal(grid.samples, samples)
+    assert grid.interval == pytest.approx(interval, rel=2 * unit / interval / samples[-1])
+
+
+def evenest_by_programme(samples, times):
+    """Interval and greatest distance: the least d with |t - a - k T| <= d for every stamp."""
+    ones = np.ones_like(samples)
+    sides = np.vstack([np.column_stack([-ones, -samples, -ones]), np.column_stack([ones, samples, -ones])])
+    found = linprog(
+        [0, 0, 1], A_ub=sides, b_ub=np.concatenate((-times, times)), bounds=[(None, None)] * 2 + [(0, None)]
+    )
+    assert found.status == 0
+    return found.x[1], found.x[2]
+
+
+@given(st.lists(st.tuples(st.integers(1, 30), st.floats(0.5, 20)), min_size=1, max_size=60))
+def test_the_evenest_interval_is_that_of_a_linear_programme(steps):
+    samples, times = (np.concatenate(([0.0], np.cumsum(part))) for part in zip(*steps, strict=True))
+    interval = _evenest(samples, times)
+    _, least = evenest_by_programme(samples, times)
+    assert _distance(samples, times, interval) == pytest.approx(least, rel=1e-7, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("samples", "times"),
+    [
+        (np.arange(2.0), np.array([0, 3.7])),
+        (np.arange(3000.0), np.round(np.arange(3000) / 7, 2)),
+        (np.arange(3000.0), np.arange(3000) * 0.1),
+        (np.arange(3000.0), 0.1 * np.arange(3000) + 1e-7 * np.arange(3000) ** 2),
+        (np.arange(3000.0) ** 1.5 // 1 + np.arange(3000), np.arange(3000.0)),
+        (np.arange(500.0), np.concatenate((np.arange(499) * 1e-6, [1e6]))),
+    ],
+    ids=["two", "rounded", "exact", "drift", "slower", "one far away"],
+)
+def test_the_evenest_interval_of_long_recordings(samples, times):
+    interval, least = evenest_by_programme(samples, times)
+    found = _evenest(samples, times)
+    assert _distance(samples, times, found) == pytest.approx(least, rel=1e-7, abs=1e-9 * times[-1])
+    # Its neighbours are no better.
+    for nearby in (found * (1 - 1e-6), found * (1 + 1e-6), interval):
+        assert _distance(samples, times, nearby) >= _distance(samples, times, found) - 1e-12 * times[-1]
 
 
 @pytest.mark.parametrize("share", [0.002, 0.008])

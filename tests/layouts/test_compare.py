@@ -220,6 +220,25 @@ def test_gains_stand_in_rows_in_the_present_convention(controls_for, request_for
     assert [figure["layout"][f"yaxis{row}"]["visible"] for row in ("", 2, 3, 4)] == [True, True, True, False]
 
 
+@pytest.mark.parametrize("gate", [None, 2.5])
+def test_what_the_present_gate_refuses_is_crossed_out(controls_for, request_for, gate):
+    """Under the pinned filters, whose gates are their own."""
+    values = {"gate": gate, "noise_std": 30, **SHORT}
+    plots, _ = ask(request_for, controls_for(View(at=60), **values), pins=PINS)
+    result = run_experiment(Experiment.from_dict(values))
+    gone = np.zeros(120, dtype=bool) if gate is None else result.track.rejected
+    assert gone.any() == (gate is not None)
+    for name, rows in (("compare-path", slice(None)), ("compare-close-up", slice(45, 76))):
+        names = [part.get("name") for part in plots[name]["data"]]
+        place = names.index("Not believed")
+        crosses = plots[name]["data"][place]
+        drawn = np.column_stack([coordinates(crosses[axis]) for axis in "xy"])
+        np.testing.assert_allclose(drawn, result.measurements.positions[rows][gone[rows]], rtol=1e-6)
+        assert crosses["showlegend"] == gone[rows].any()
+        assert crosses["marker"]["line"]["color"] == tokens("light")["bad"]
+        assert names[place + 1 :] == [part["name"] for _, part in lines(plots[name])]
+
+
 def test_while_a_slider_moves_the_present_lines_alone_are_sent(controls_for, request_for):
     controls = controls_for(**SHORT)
     _, rest = ask(request_for, controls, pins=PINS)
@@ -227,7 +246,8 @@ def test_while_a_slider_moves_the_present_lines_alone_are_sent(controls_for, req
     answered, arrays = live_answer(DESK, question)
     assert answered["outdated"] == []
     assert {name: [index for index, _ in moved] for name, moved in answered["lines"].items()} == {
-        "compare-path": [2, 3], "compare-close-up": [2, 3], "compare-error": [1, 2], "compare-gains": [0, 1, 2, 3],
+        "compare-path": [2, 3, 4], "compare-close-up": [2, 3, 4], "compare-error": [1, 2],
+        "compare-gains": [0, 1, 2, 3],
     }  # fmt: skip
     assert answered["filters"][0]["name"] == "Fading memory ξ 0.3"
     full, _ = ask(request_for, {**controls}, {"xi": 0.3}, pins=PINS)

@@ -214,7 +214,10 @@ def test_every_card_and_every_menu_offered_is_on_the_page(controls_for, request_
 
 
 def test_every_text_of_an_answer_has_a_place_and_every_place_a_text(controls_for, request_for):
-    """An empty element with an id waits for something: a text of the answer or of a study, or one the script makes."""
+    """An empty element with an id waits for something: a text of the answer or of a study, or one the script makes.
+
+    A heading has a text of its own until an answer gives it another.
+    """
     said, waiting = set(), set()
     # A study fills in places of its own: its texts, its plot, how far it has come.
     of_study = {"best", "cost", "runs", "plot", "study-text", "forest", "runs-text"}
@@ -222,12 +225,25 @@ def test_every_text_of_an_answer_has_a_place_and_every_place_a_text(controls_for
         texts = set(answer(desk, request_for(controls_for()))[1]["texts"])
         said |= texts
         for part in parts_of(name):
+            if type(part).__name__ == "H2" and attribute(part, "id"):
+                waiting.add(attribute(part, "id").removeprefix(f"{name}-"))
             if type(part).__name__ in ("Span", "P", "Output", "Div") and attribute(part, "id"):
                 place = attribute(part, "id").removeprefix(f"{name}-")
                 if getattr(part, "children", None) is None and place not in {t.partition("-")[2] for t in desk.tables}:
                     waiting.add(place)
                     assert place in texts | {"note", "live"} | of_study or place.endswith(("-error", "-owner")), place
     assert said <= waiting
+
+
+@ON_EVERY_PAGE
+def test_every_figure_can_be_saved(name):
+    frames = [part for part in parts_of(name) if "plot-frame" in str(attribute(part, "className")).split()]
+    assert frames
+    for frame_of in frames:
+        inside = list(walk(frame_of))
+        assert [attribute(part, "data-save") for part in inside if attribute(part, "data-save")] == ["svg", "png"]
+        # The script looks for the one plot of the frame.
+        assert sum("plot" in str(attribute(part, "className")).split() for part in inside) == 1
 
 
 def test_the_handles_say_all_that_the_script_reads():

@@ -12,6 +12,7 @@ from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.pages.track.answers import DESK as TRACK
 from layouts.pages.track.answers import picture
+from layouts.pages.tune.answers import DESK as TUNE
 from layouts.run_cards import CARDS, EVIDENCE_CARDS
 from layouts.shown import Shown
 from layouts.state import from_query
@@ -116,6 +117,29 @@ def test_what_the_gate_refuses_is_crossed_out(files):
     assert set(without.values()) == {0}
     assert set(without) == {"explore-path", "explore-close-up", "explore-time", "explore-error"}
     assert set(crosses(f"data={files['constant']}&xi=0.6&at=61&gate=6").values()) == {1}
+
+
+@pytest.mark.parametrize(("gate", "refused"), [("", False), ("&gate=6", True)])
+def test_the_scene_shows_what_the_gate_refuses(files, gate, refused):
+    _, rest = ask(TRACK, f"data={files['constant']}&xi=0.6{gate}")
+    assert rest["fields"]["refused"] == refused
+    settings, _ = from_query(dict(parse_qsl(rest["link"])))
+    result = run_experiment(settings.experiment)
+    drawing = picture(Shown(result, settings, "light", {})).thinned()
+    assert drawing.refused_times.tolist() == ([60.0] if refused else [])
+    np.testing.assert_array_equal(drawing.refused, result.measurements.positions[60:61][: int(refused)])
+
+
+def test_errors_are_called_what_they_are(files):
+    titles = {"explore": "{}", "track": "{}", "tune": "The present filter's {}"}
+    for name, word in (("constant", "Residual"), ("known", "Error")):
+        for desk in (EXPLORE, TRACK, TUNE):
+            updates, rest = ask(desk, f"data={files[name]}&xi=0.6")
+            said = titles[desk.page].format(word if desk.page != "tune" else word.lower())
+            assert rest["texts"]["error-title"] == said
+            figure = dict(zip(desk.plots, updates, strict=False))[f"{desk.page}-error"]
+            away = "truth" if word == "Error" else "measurement"
+            assert figure["layout"]["yaxis"]["title"]["text"] == f"distance to the {away} (m)"
 
 
 def test_crosses_follow_a_slider(files):

@@ -298,6 +298,7 @@ def test_every_plot_shows_something(name, files):
     assert rest["offers"]["compared"] == (["innovation"] if blind else ["tracking", "estimation", "innovation"])
     assert rest["controls"]["compared"] == ("innovation" if blind else "estimation")
     assert "compared" not in rest["link"]
+    assert rest["texts"]["error-title"] == ("Innovation" if blind else "Error")
 
 
 def test_pinned_filters_have_their_own_gate(files):

@@ -62,6 +62,8 @@ def test_a_region_that_cannot_be_drawn_is_refused(changed, field):
         ({"cursor": -1}, "cursor"),
         ({"names": ("x",)}, "names"),
         ({"theme": ""}, "theme"),
+        ({"refused": np.zeros(49, dtype=bool)}, "refused"),
+        ({"refused": np.zeros((50, 2), dtype=bool)}, "refused"),
     ],
 )
 def test_a_track_that_cannot_be_drawn_is_refused(changed, field):
@@ -91,6 +93,17 @@ def test_no_more_is_drawn_than_can_be_seen(samples):
         np.testing.assert_array_equal(drawing.series[name], getattr(picture, name)[::step])
 
 
+@pytest.mark.parametrize("every", [1, 7, 9_999])
+def test_what_a_gate_refused_is_drawn_however_little_else_is(every):
+    refused = np.arange(20_000) % every == 0
+    picture = track(20_000, refused=refused)
+    drawing, gone = picture.thinned(), np.flatnonzero(refused)
+    step = math.ceil(len(gone) / DRAWN_SAMPLES)
+    np.testing.assert_array_equal(drawing.refused_times, picture.times[gone[::step]])
+    np.testing.assert_array_equal(drawing.refused, picture.observed[gone[::step]])
+    assert track(refused=None).thinned().refused.shape == (0, 2)
+
+
 @pytest.mark.parametrize("cursor", [0, 5, TRAIL_SAMPLES, 12_345])
 def test_the_cursor_is_where_it_is_however_little_is_drawn(cursor):
     picture = track(20_000, cursor=cursor, trail=True)
@@ -104,8 +117,9 @@ def test_the_cursor_is_where_it_is_however_little_is_drawn(cursor):
 
 
 def test_what_is_remembered_does_not_hold_the_run():
-    drawing = track(20_000, trail=True).thinned()
+    drawing = track(20_000, trail=True, refused=np.ones(20_000, dtype=bool)).thinned()
     arrays = [drawing.times, *drawing.series.values(), *drawing.cursor.values(), drawing.trail, drawing.trail_times]
+    arrays += [drawing.refused, drawing.refused_times]
     assert all(array.base is None for array in arrays)
 
 

@@ -48,12 +48,14 @@ def token():
     return secrets.token_hex(16)
 
 
-def track(cursor=20, *, trail=False, shift=0.0, key="run", theme="light", samples=60):
+def track(cursor=20, *, trail=False, shift=0.0, key="run", theme="light", samples=60, refused=None):
     times = np.arange(samples) * 1.0
     truth = np.stack((1000 * np.cos(times / 9), 800 * np.sin(times / 7)), axis=1)
     predicted = truth + 5 + shift
     predicted[0] = np.nan
-    return TrackPicture(key, times, truth, truth + 9, predicted, truth + 2 + shift, cursor, trail, theme=theme)
+    gone = None if refused is None else np.isin(np.arange(samples), refused)
+    lines = (truth, truth + 9, predicted, truth + 2 + shift)
+    return TrackPicture(key, times, *lines, cursor, trail, theme=theme, refused=gone)
 
 
 def shown_gains(view):
@@ -280,6 +282,25 @@ def test_other_gains_change_the_lines_of_the_filter_alone(port, scenes, token):
 
 
 LINES = ("/truth", "/observed", "/predicted", "/smoothed")
+
+
+def test_what_a_gate_refuses_is_marked_among_what_was_observed(port, scenes, token):
+    async def look():
+        async with scene(port, token) as socket:
+            view = View()
+            for refused in (None, [7, 30], [30], []):
+                scenes.show(token, track(refused=refused))
+                await view.until(socket, lambda view: "/cursor/smoothed" in view.nodes)
+                await view.until_quiet(socket)
+                assert view.visible["/refused"] == bool(refused)
+                if not refused:
+                    continue
+                node = view.nodes["/refused"]
+                observed = np.reshape(view.nodes["/observed"]["points"], (-1, 3))
+                np.testing.assert_array_equal(np.reshape(node["points"], (-1, 3)), observed[refused])
+                assert "#{:02x}{:02x}{:02x}".format(*node["colors"][:3]) == tokens("light")["bad"]
+
+    run(look())
 
 
 @pytest.mark.parametrize(

@@ -21,9 +21,9 @@ from fastapi import FastAPI
 from layouts import pipe, takeaway
 from layouts.pipe import PIECE, Pipe, piped
 from layouts.text import file_stem
-from tracker_core import Experiment, run_experiment
+from tracker_core import SCENARIOS, Experiment, run_experiment
 from tracker_core.__main__ import main
-from tracker_core.measured import SHELF, File
+from tracker_core.measured import SHELF, File, content_name, proposed, target
 
 RECORDINGS = Path(__file__).parents[2] / "assets" / "recordings"
 
@@ -90,6 +90,29 @@ def test_a_simulated_target_goes_out_as_well(http):
     answer = ask(http, "/export.zip", xi="0.5", samples="40")
     with zipfile.ZipFile(io.BytesIO(answer.content)) as archive:
         assert "findings.csv" not in archive.namelist()
+
+
+def columns_of(answer, axes, kind):
+    """Positions of an exported track, shape (n_samples, n_axes)."""
+    rows = list(csv.DictReader(io.StringIO(answer.text)))
+    return np.array([[float(row[f"{axis}_{kind}"] or "nan") for axis in axes] for row in rows])
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_a_track_that_comes_back_as_a_recording_is_the_same(http, scenario):
+    """Taken home, sent in again, filtered by the same gains and taken home once more: nothing is lost on the way."""
+    tuned = {"start": "first", "order": "3", "xi": "0.6"}
+    out = ask(http, "/export/track.csv", scenario=scenario, **tuned)
+    said = {"name": f"{scenario}.csv", "keep": "browser"}
+    sent = http("PUT", "/recordings", params=said, content=out.content)
+    assert sent.status_code == 200
+    assert sent.json()["data"] == content_name(out.content)
+    back = ask(http, "/export/track.csv", data=sent.json()["data"], **tuned)
+    axes = SCENARIOS[scenario].axes
+    there = target(sent.json()["data"], proposed(sent.json()["data"])).axes
+    for kind in ("observed", "predicted", "smoothed", "true"):
+        before, after = columns_of(out, axes, kind), columns_of(back, there, kind)
+        np.testing.assert_allclose(after, before, rtol=1e-9, atol=1e-9 * np.nanmax(np.abs(before)))
 
 
 @pytest.mark.parametrize(

@@ -11,12 +11,10 @@ import numpy as np
 
 from tracker_core.conventions import Gains
 from tracker_core.experiment import Experiment
+from tracker_core.exports.cells import PIECE, cells
 from tracker_core.measured import recorded
 from tracker_core.run import Result
 from tracker_core.types import GAIN_NAMES, FloatArray, IntArray
-
-PIECE = 5_000
-"""Rows of a long table that stand in memory as text at a time."""
 
 
 def run_summary(result: Result) -> dict[str, Any]:
@@ -75,14 +73,14 @@ def write_columns(columns: Mapping[str, FloatArray | IntArray], stream: TextIO) 
     """Write long columns of equal standing as one JSON object, a column a line: as `write_json`, but piece by piece."""
     for index, (name, column) in enumerate(columns.items()):
         stream.write(f"{',' if index else '{'}\n{json.dumps(name, ensure_ascii=False)}: [")
-        for start in range(0, len(column), PIECE):
-            part = column[start : start + PIECE]
-            values = part.tolist()
-            if not np.isfinite(part).all():
-                values = [value if isfinite(value) else None for value in values]
-            stream.write(f"{', ' if start else ''}{json.dumps(values, allow_nan=False)[1:-1]}")
+        pieces = (cells(column[start : start + PIECE], _said) for start in range(0, len(column), PIECE))
+        stream.writelines(f"{', ' if number else ''}{', '.join(piece)}" for number, piece in enumerate(pieces))
         stream.write("]")
     stream.write("\n}\n" if columns else "{}\n")
+
+
+def _said(value: float) -> str:
+    return repr(value) if isfinite(value) else "null"
 
 
 def _plain(value: Any) -> Any:

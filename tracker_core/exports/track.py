@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import csv
+from math import isnan
 from typing import TextIO
 
 import numpy as np
 
 from tracker_core.conventions import CONVENTIONS
-from tracker_core.exports.summary import PIECE
+from tracker_core.exports.cells import PIECE, cells
 from tracker_core.run import Result
 from tracker_core.types import GAIN_NAMES, STATE_NAMES, FloatArray, IntArray
 
@@ -45,9 +46,12 @@ def track_columns(result: Result) -> dict[str, FloatArray | IntArray]:
 def write_track(result: Result, stream: TextIO) -> None:
     """Write the run as CSV: a header, then one row a sample; every digit, and empty cells for what is undefined."""
     columns = track_columns(result)
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(columns)
+    csv.writer(stream, lineterminator="\n").writerow(columns)
     for start in range(0, len(result.truth.times), PIECE):
-        piece = (column[start : start + PIECE].tolist() for column in columns.values())
-        for row in zip(*piece, strict=True):
-            writer.writerow(["" if value != value else repr(value) for value in row])
+        piece = (cells(column[start : start + PIECE], _said) for column in columns.values())
+        # Numbers need no quotation marks.
+        stream.write("\n".join(map(",".join, zip(*piece, strict=True))) + "\n")
+
+
+def _said(value: float) -> str:
+    return "" if isnan(value) else repr(value)

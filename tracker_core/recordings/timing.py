@@ -70,13 +70,13 @@ def regularity(times: FloatArray, interval: float | None) -> Regularity:
 def find_grid(times: FloatArray, offset: float = 0.0) -> Grid | None:
     """The constant interval of times, or None.
 
-    Interval T and sample numbers k are constant if no stamp lies further from a + k T, a and T by least squares over
-    the whole recording, than 1 % of T or, where that is more, half a unit of the last decimal that the stamps have,
-    as long as that is less than T/10: a stamp of 25 samples a second that is rounded to the millisecond lies 1.25 %
-    of T aside, and is meant to be even. Whole seconds 2, 3, 2, 3 s apart may be every 2.5 s, or true: they are not
-    constant.
+    Interval T and sample numbers k are constant if no stamp lies further from a + k T, with the a and T that make the
+    greatest of these distances least, than 1 % of T or, where that is more, half a unit of the last decimal that the
+    stamps have, as long as that is less than T/10: a stamp of 25 samples a second that is rounded to the millisecond
+    lies 1.25 % of T aside, and is meant to be even. Whole seconds 2, 3, 2, 3 s apart may be every 2.5 s, or true: they
+    are not constant.
     Distances do not add up, so a clock that drifts is not constant. Of the intervals that fit about as well as the
-    least squares, the one of fewest digits is taken: 0.1 and not 0.09999999999999998.
+    best, the one of fewest digits is taken: 0.1 and not 0.09999999999999998.
 
     Args:
         times: shape (n,), s from the first, strictly increasing, n >= 2.
@@ -98,7 +98,7 @@ def find_grid(times: FloatArray, offset: float = 0.0) -> Grid | None:
     samples -= samples[0]
     if np.any(np.diff(samples) < 1) or samples[-1] >= MOST_ROWS:
         return None
-    first, interval = _line(samples, times)
+    interval = _evenest(samples, times)
     rounding = 4 * _EPSILON * (abs(offset) + times[-1])
     worst = _distance(samples, times, interval)
     rounded = 0.5 * _last_decimal(times + offset) * (1 + 1e-6)
@@ -114,6 +114,35 @@ def _line(samples: FloatArray, times: FloatArray) -> tuple[float, float]:
     deviation = samples - samples.mean()
     slope = float(deviation @ (times - times.mean()) / max(float(deviation @ deviation), _EPSILON))
     return float(times.mean() - slope * samples.mean()), slope
+
+
+def _evenest(samples: FloatArray, times: FloatArray) -> float:
+    """The interval that makes the greatest distance of a stamp from its sample least (Chebyshev), s.
+
+    Twice the distance is a convex function of the interval T, of straight pieces: each is rise - T run, from the stamp
+    that lies lowest beside the samples to the one that lies highest. Nothing lies below the place where two pieces
+    meet, of which one falls and one rises; the piece over that place takes the place of one of them, until it is no
+    higher than they are (Kelley 1960, cutting planes).
+
+    Args:
+        samples: shape (n,), increasing, n >= 2.
+        times: shape (n,), s, from 0.
+    """
+    rise, run = float(times[-1]), float(samples[-1] - samples[0])
+    # Of a very short interval the last stamp is the highest, of a very long one the first.
+    falling, rising = (rise, run), (-rise, -run)
+    exact = 16 * _EPSILON * rise
+    while True:
+        interval = (falling[0] - rising[0]) / (falling[1] - rising[1])
+        beside = times - interval * samples
+        high, low = beside.argmax(), beside.argmin()
+        rise, run = float(times[high] - times[low]), float(samples[high] - samples[low])
+        if rise - interval * run <= falling[0] - interval * falling[1] + exact:
+            return interval
+        if run > 0:
+            falling = (rise, run)
+        else:
+            rising = (rise, run)
 
 
 def _distance(samples: FloatArray, times: FloatArray, interval: float) -> float:

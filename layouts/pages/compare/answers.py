@@ -57,6 +57,7 @@ def report(shown: Shown) -> dict[str, Any]:
             "scale": "" if factor == 1 or not known else f"deviations × {factor}",
             "chance": ONE_RUN if measured else "" if has_chance(experiment) else SAME_RUNS,
             "counted": " ".join(_counted(shown)),
+            "error-title": "Innovation" if shown.view.comparing.compared == "innovation" else "Error",
             "data": f"{experiment.samples:,} samples of {shown.result.scenario.title}{seed}",
         },
         "fields": dict.fromkeys(("over-seeds", "figure"), not measured),

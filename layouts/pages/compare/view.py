@@ -13,6 +13,7 @@ from layouts.components import (
     error_line,
     filled_table,
     plot_card,
+    save_figure,
     select_field,
     study_row,
     tip,
@@ -25,6 +26,7 @@ from layouts.theme import PIN_LOOKS
 from tracker_core.batch import KINDS
 
 RUNS = (20, 100, 1_000, 10_000, 100_000, 1_000_000)
+OVER_SEEDS = "Over many seeds"
 CHOICES = (PRESENT, *SLOTS)
 
 
@@ -202,7 +204,7 @@ def _study_card() -> Component:
     figure = select_field("compare", "figure", "Metric", "Whose differences are drawn.", list(FIGURE_TITLES.items()))
     return html.Section(
         [
-            html.Div([html.H2("Over many seeds"), figure], className="card-head"),
+            html.Div([html.H2(OVER_SEEDS), figure], className="card-head"),
             html.P(id="compare-chance", className="formula short"),
             html.Div(
                 [
@@ -215,9 +217,9 @@ def _study_card() -> Component:
             html.Div(
                 [
                     html.Div(
-                        id="compare-forest",
-                        className="plot-frame forest",
+                        [html.Div(id="compare-forest", className="plot"), save_figure(OVER_SEEDS)],
                         role="figure",
+                        className="plot-frame forest",
                         **{"aria-label": "Difference of every filter to the reference, with its interval."},
                     ),
                     html.P(id="compare-runs-text", className="formula short"),

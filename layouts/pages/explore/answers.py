@@ -38,6 +38,7 @@ def report(shown: Shown) -> dict[str, Any]:
         "texts": {
             "scale": "" if factor == 1 else f"deviations × {factor}",
             "slice": slice_text(shown.result.gains, ALPHA_BETA),
+            "error-title": error.title(shown.result),
             "compared-text": compared_text(shown),
         },
     }

@@ -10,6 +10,7 @@ from layouts.desk import stores
 from layouts.filter_card import (
     axis_field,
     close_up_card,
+    error_card,
     exaggerate_field,
     filter_card,
     status_row,
@@ -70,7 +71,7 @@ def _plots() -> list[Component]:
                              [(state, state) for state in STATE_NAMES]),
             ],
         ),
-        plot_card("explore-error", "Error", "Distance of prediction and smoothed position from the truth over time."),
+        error_card("explore"),
         plot_card(
             "explore-stability", "Stability", "The stable region of alpha and beta with the present gains in it.",
             [html.Span(id="explore-slice", className="hint")],

@@ -14,9 +14,15 @@ from layouts.shown import Shown
 
 
 def report(shown: Shown) -> dict[str, Any]:
-    """How much larger deviations are drawn."""
-    factor = shown.view.exaggerate
-    return {"texts": {"scale": "" if factor == 1 else f"deviations × {factor}"}}
+    """How much larger deviations are drawn, what the errors are, and whether a gate refused anything."""
+    factor, refused = shown.view.exaggerate, shown.result.track.rejected
+    return {
+        "texts": {
+            "scale": "" if factor == 1 else f"deviations × {factor}",
+            "error-title": error.title(shown.result),
+        },
+        "fields": {"refused": refused is not None and bool(refused.any())},
+    }
 
 
 def picture(shown: Shown) -> TrackPicture:
@@ -40,6 +46,7 @@ def picture(shown: Shown) -> TrackPicture:
         trail=True,
         names=shown.result.scenario.axes,
         theme=shown.theme,
+        refused=shown.result.track.rejected,
     )
 
 

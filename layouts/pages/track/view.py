@@ -7,13 +7,18 @@ from dash.development.base_component import Component
 
 from layouts.components import plot_card, scene_card, select_field, slider
 from layouts.desk import stores
-from layouts.filter_card import filter_card, status_row, target_card
+from layouts.filter_card import error_card, filter_card, status_row, target_card
 from layouts.pages.track.answers import DESK
 from layouts.state import EXAGGERATIONS
 
 SPEEDS = (("10", "run in 10 s"), ("20", "run in 20 s"), ("60", "run in a minute"), ("300", "run in 5 minutes"))
 
-KEY = {"truth": "True", "observed": "Observed", "predicted": "Predicted", "smoothed": "Smoothed"}
+KEY = {
+    "truth": "True", "observed": "Observed", "refused": "Not believed", "predicted": "Predicted",
+    "smoothed": "Smoothed",
+}  # fmt: skip
+FIELDS = {"truth": "field-with-truth", "refused": "field-refused"}
+"""What is not always there to be seen."""
 
 
 def layout(**query: str) -> Component:
@@ -30,7 +35,7 @@ def layout(**query: str) -> Component:
             status_row("track"),
             _scene(),
             plot_card("track-path", "Path", "The path of the target: true, observed, predicted and smoothed."),
-            plot_card("track-error", "Error", "Distance of prediction and smoothed position from the truth over time."),
+            error_card("track"),
             html.Div(id="track-live", className="visually-hidden", role="status"),
         ],
         id="track",
@@ -45,10 +50,7 @@ def _scene() -> Component:
         [(factor, "to scale" if factor == "1" else f"× {factor}") for factor in EXAGGERATIONS],
     )  # fmt: skip
     key = html.Ul(
-        [
-            html.Li(title, className="field-with-truth" if kind == "truth" else "", **{"data-kind": kind})
-            for kind, title in KEY.items()
-        ],
+        [html.Li(title, className=FIELDS.get(kind, ""), **{"data-kind": kind}) for kind, title in KEY.items()],
         className="scene-key",
     )
     player = html.Div(

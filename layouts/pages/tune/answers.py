@@ -31,7 +31,10 @@ def report(shown: Shown) -> dict[str, Any]:
         "handles": {PLOT: handle},
         "fields": fields_in_use(tuning, experiment),
         "offers": {"tune_for": objectives_offered(tuning, experiment), "against": list(offered(experiment))},
-        "texts": {"data-note": data_note(shown.result)},
+        "texts": {
+            "data-note": data_note(shown.result),
+            "error-title": f"The present filter's {error.title(shown.result).lower()}",
+        },
         "blind": not shown.result.truth.known,
         "present": {"parameter": parameter, "value": present_value(experiment, parameter)},
     }

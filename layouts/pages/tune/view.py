@@ -10,14 +10,13 @@ from layouts.components import (
     choice_field,
     filled_table,
     parameter_field,
-    plot_card,
     save_figure,
     select_field,
     study_row,
     switch_field,
 )
 from layouts.desk import stores
-from layouts.filter_card import filter_card, status_row, target_card
+from layouts.filter_card import error_card, filter_card, status_row, target_card
 from layouts.pages.tune.answers import DESK
 from layouts.pages.tune.content import PLOT
 from layouts.pages.tune.rivals import HEAD
@@ -55,10 +54,7 @@ def layout(**query: str) -> Component:
             status_row("tune"),
             run_card("tune"),
             _study_card(),
-            plot_card(
-                "tune-error", "The present filter's error",
-                "Distance of prediction and smoothed position from the truth over time, with the present gains.",
-            ),
+            error_card("tune", "The present filter's error"),
             html.Div(id="tune-live", className="visually-hidden", role="status"),
         ],
         id="tune",
