@@ -13,13 +13,11 @@ GAINSCOPE_UPLOAD_MB         size of one, in megabytes (default and most 10)
 
 from __future__ import annotations
 
-import asyncio
 import os
 import sys
 import threading
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any
 
 import uvicorn
 from dash import Dash, register_page
@@ -35,7 +33,9 @@ from layouts.services import Services
 from layouts.studies import Studies
 from layouts.uploads import MOST_BYTES, Uploads
 from server import guard, metrics
+from server.dispatch import Dispatch, finish
 from server.settings import Settings
+from server.work import Work
 from tracker_core import DESIGNS, Experiment, run_experiment
 from tracker_core.batch import errors_of_runs
 from tracker_core.checks import Domain, InputError
@@ -65,22 +65,9 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
         store: where recordings are kept; None for memory alone.
         upload_bytes: that a recording may have.
     """
-    server = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-    _add_health(server)
-    metrics.attach(server)
-    Uploads(store, most_bytes=upload_bytes).attach(server)
-    takeaway.attach(server)
-    if store is not None:
-        look_in(store.fetch)
-    services = Services(Scenes(), Studies(executor))
-    services.scenes.attach(server)
-    metrics.watch(
-        "gainscope_scenes", "Scenes in three dimensions that are open.", lambda: services.scenes.stats().sessions
-    )
     app = Dash(
         "gainscope",
-        server=server,  # type: ignore[arg-type]
-        backend="fastapi",
+        backend=Dispatch,
         use_pages=True,
         pages_folder="",
         assets_folder=str(ROOT / "assets"),
@@ -90,25 +77,25 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
         update_title="",
         meta_tags=[{"name": "viewport", "content": "width=device-width, initial-scale=1"}],
     )
+    server = app.server
+    _add_health(server)
+    metrics.attach(server)
+    Uploads(store, most_bytes=upload_bytes).attach(server)
+    takeaway.attach(server)
+    if store is not None:
+        look_in(store.fetch)
+    services = Services(Scenes(), Studies(executor), Work())
+    services.scenes.attach(server)
+    metrics.watch(
+        "gainscope_scenes", "Scenes in three dimensions that are open.", lambda: services.scenes.stats().sessions
+    )
     for order, page in enumerate(PAGES):
         register_page(page.__name__, path=page.PATH, name=page.NAME, title=page.TITLE, order=order, layout=page.layout)
         page.register(app, services)
     app.layout = shell.frame
-    _finish(app)
+    finish(app, services.work)
     guard.attach(server, Settings(), own_bounds={uploads.WAY_IN})
     return app
-
-
-def _finish(app: Dash) -> None:
-    """What Dash leaves to the first request.
-
-    A page other than the first would be answered before the pages' own callbacks are there, a socket before any.
-    """
-    backend: Any = app.backend
-    for prepare in backend._before_request_funcs:
-        waiting = prepare()
-        if asyncio.iscoroutine(waiting):
-            asyncio.run(waiting)
 
 
 def _add_health(server: FastAPI) -> None:

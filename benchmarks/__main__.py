@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from playwright.sync_api import sync_playwright
 
 from benchmarks import long_work, scenes
@@ -28,6 +29,7 @@ from layouts.desk import Desk, answer, live_answer
 from layouts.live import framed
 from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import DESK as STABILITY
+from layouts.questions import Question
 from layouts.state import from_query
 from tracker_core import Experiment, Gains, run_experiment, run_filter
 from tracker_core.adaptive import METHODS
@@ -71,8 +73,8 @@ def measure_server() -> None:
         request = moved(desk)
         often = [name for name, plot in desk.plots.items() if plot.often]
         in_turn = [name for name in desk.plots if name not in often]
-        live = {**request, "want": [*often, in_turn[0]]}
-        full = {**request, "want": list(desk.plots)}
+        live = replace(request, want=[*often, in_turn[0]])
+        full = replace(request, want=list(desk.plots))
         row(f"{desk.page}: answer to a moving slider", *timed(lambda d=desk, q=live: framed(*live_answer(d, q))))
         row(f"{desk.page}: answer to the callback, all patches", *timed(lambda d=desk, q=full: answer(d, q)))
 
@@ -96,12 +98,12 @@ def measure_methods() -> None:
     )
 
 
-def moved(desk: Desk) -> dict[str, Any]:
+def moved(desk: Desk) -> Question:
     """What a page asks after a slider has moved and everything has been drawn."""
     settings, _ = from_query({"order": "4", "xi": "0.74"})
-    first = {"seq": 1, "controls": controls_of(settings), "changed": [], "theme": "light"}
+    first = Question(seq=1, controls=controls_of(settings))
     _, rest = answer(desk, first)
-    return {**first, "changed": ["xi"], "drawn": rest["drawn"]}
+    return replace(first, changed=["xi"], drawn=rest["drawn"])
 
 
 def measure_scenes() -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from layouts.comparing import comparing_controls, read_comparing
+from layouts.pinning import Action
 from layouts.pinning import apply as pinning_done
 from layouts.pins import read_pins
 from layouts.reading import reading_controls
@@ -27,10 +28,6 @@ from tracker_core.optimal import index_of_noise_gain, path_share
 from tracker_core.recordings import Reading
 from tracker_core.responses import noise_gain
 from tracker_core.types import GAIN_NAMES, STATE_NAMES
-
-TEXT_LIMIT = 200
-READING_LIMIT = 601
-POLES_LIMIT = 400
 
 SPARE_GAINS: dict[str, float] = {
     "alpha": 0.5,
@@ -135,7 +132,10 @@ def preset_of(experiment: Experiment) -> str:
 
 
 def resolve(
-    controls: Mapping[str, Any], changed: Iterable[str], pins: Iterable[Any] = (), pinning: Iterable[Any] = ()
+    controls: Mapping[str, Any],
+    changed: Iterable[str],
+    pins: Iterable[tuple[int, str]] = (),
+    pinning: Iterable[Action] = (),
 ) -> Resolution:
     """Apply the rules of the page to a change of its controls.
 
@@ -155,7 +155,7 @@ def resolve(
     """
     moved = list(dict.fromkeys(changed))
     draft = Draft(
-        {str(name): _tame(name, value) for name, value in controls.items()},
+        {name: value.strip() if isinstance(value, str) else value for name, value in controls.items()},
         list(moved),
         lambda experiment: controls_of(Settings(experiment)),
     )
@@ -190,7 +190,7 @@ def resolve(
     return Resolution(after, settings, (), " ".join(filter(None, (draft.note, said))))
 
 
-def _refused(draft: Draft, errors: Iterable[InputError], pinning: Collection[Any]) -> Resolution:
+def _refused(draft: Draft, errors: Iterable[InputError], pinning: Collection[Action]) -> Resolution:
     if pinning:
         draft.notes.append("The pins stay as they are while an entry is wrong.")
     return Resolution(draft.lasting(), None, tuple(errors), draft.note)
@@ -199,14 +199,6 @@ def _refused(draft: Draft, errors: Iterable[InputError], pinning: Collection[Any
 def _view(values: Mapping[str, Any], experiment: Experiment) -> View:
     view, _ = read_view(values, experiment)
     return replace(view, at=None) if view.at == experiment.samples // 2 else view
-
-
-def _tame(name: str, value: Any) -> Any:
-    """Nothing longer than a field needs."""
-    limit = {"pole": POLES_LIMIT, "reading": READING_LIMIT}.get(name, TEXT_LIMIT)
-    if isinstance(value, str):
-        return value[:limit].strip()
-    return value if isinstance(value, int | float | None) and not isinstance(value, bool) else str(value)[:limit]
 
 
 def _unused(kept: dict[str, Any], experiment: Experiment) -> dict[str, Any]:

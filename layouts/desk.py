@@ -6,7 +6,6 @@ the browser is assets/desk.js.
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,18 +17,16 @@ from dash.development.base_component import Component
 from layouts import live
 from layouts.controls import Resolution, controls_of, resolve
 from layouts.figures.common import Figure, Path, coordinates, moving, moving_traces
+from layouts.questions import Question, page_reader
 from layouts.readouts import common_report
-from layouts.scenes import TOKEN
+from layouts.services import Services
 from layouts.shown import Shown
 from layouts.state import Settings, from_query
 from layouts.text import error_text
-from layouts.theme import THEMES
+from server.dispatch import describe
 from tracker_core import InputError, Result, run_experiment
 from tracker_core.measured import DATA, known
 from tracker_core.types import FloatArray
-
-LONG_RUN = 10_000
-"""Runs of more samples than this leave the event loop to others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,9 +105,9 @@ def stores(desk: Desk, query: Mapping[str, Any]) -> list[Component]:
     ]
 
 
-def register(app: Dash, desk: Desk) -> None:
+def register(app: Dash, desk: Desk, services: Services) -> None:
     """Attach a page's callbacks and its socket."""
-    page = desk.page
+    page, work = desk.page, services.work
     app.clientside_callback(
         ClientsideFunction("desk", "begin"), Output(f"{page}-begun", "data"), Input(f"{page}-beginning", "data")
     )
@@ -128,22 +125,13 @@ def register(app: Dash, desk: Desk) -> None:
         Input(f"{page}-request", "data"),
         prevent_initial_call=True,
     )
-    async def update(request: dict[str, Any]) -> tuple[Any, ...]:
-        updates, rest = await asyncio.to_thread(answer, desk, request) if _is_long(request) else answer(desk, request)
+    async def update(question: Question) -> tuple[Any, ...]:
+        updates, rest = await work.run(answer, desk, question) if question.is_long else answer(desk, question)
         return *updates, rest
 
-    live.attach(app.server, f"/{page}/live", partial(live_answer, desk), _is_long)
-
-
-def _is_long(request: Mapping[str, Any]) -> bool:
-    # Of what is pinned every filter may run.
-    if request.get("pins") or request.get("pinning"):
-        return True
-    try:
-        # A file may have to be read first.
-        return bool(request["controls"].get("data")) or float(request["controls"]["samples"]) > LONG_RUN
-    except (AttributeError, KeyError, TypeError, ValueError, OverflowError):
-        return False
+    read = page_reader([*desk.plots, *desk.tables])
+    describe(app, f"{page}-request.data", read)
+    live.attach(app.server, f"/{page}/live", read, partial(live_answer, desk), work)
 
 
 def drawing_keys(desk: Desk, shown: Shown) -> dict[str, str]:
@@ -151,32 +139,29 @@ def drawing_keys(desk: Desk, shown: Shown) -> dict[str, str]:
     return {name: f"{shown.theme}|{plot.key(shown)}" for name, plot in desk.plots.items()}
 
 
-def answer(desk: Desk, request: Mapping[str, Any]) -> tuple[list[Any], dict[str, Any]]:
+def answer(desk: Desk, question: Question) -> tuple[list[Any], dict[str, Any]]:
     """What a page shows after a change of its controls.
 
     Args:
         desk: the page.
-        request: `seq` of the request, `controls` by name, `changed` names, `pins` (pairs of slot and text),
-            `pinning` (what is done with them), `drawn` (per plot the key of what it shows now), `want` (plots and
-            tables to update; all plots if left out), `theme` and `scene`.
+        question: how its controls stand, what has changed, and what it shows.
 
     Returns:
         One update per plot (a figure; a Patch where only lines have moved; no_update where nothing is wanted or
         something is wrong) and one per table, and the rest of the answer.
     """
-    resolution = _resolution(request)
+    resolution = _resolution(question)
     if resolution.settings is None:
-        return [no_update] * (len(desk.plots) + len(desk.tables)), _refusal(desk, request, resolution)
+        return [no_update] * (len(desk.plots) + len(desk.tables)), _refusal(desk, question, resolution)
     try:
-        shown = _shown(request, resolution.settings, live=False)
+        shown = _shown(question, resolution.settings, live=False)
     except InputError as error:
         # What only the run finds out: too few measurements for the start, say.
-        return [no_update] * (len(desk.plots) + len(desk.tables)), _refusal(
-            desk, request, replace(resolution, errors=(error,))
-        )
-    keys, before = drawing_keys(desk, shown), request.get("drawn") or {}
+        refused = replace(resolution, errors=(error,))
+        return [no_update] * (len(desk.plots) + len(desk.tables)), _refusal(desk, question, refused)
+    keys, before = drawing_keys(desk, shown), question.drawn
     updates: list[Any] = []
-    wanted = request.get("want") or list(desk.plots)
+    wanted = question.want or list(desk.plots)
     now: dict[str, str] = {}
     for name, plot in desk.plots.items():
         if name not in wanted:
@@ -188,32 +173,32 @@ def answer(desk: Desk, request: Mapping[str, Any]) -> tuple[list[Any], dict[str,
     for place, tables in desk.tables.items():
         updates.append(tables(shown.result, shown.settings) if place in wanted else no_update)
         now |= {place: ""} if place in wanted else {}
-    return updates, _report(desk, request, resolution, shown) | {"drawn": now}
+    return updates, _report(desk, question, resolution, shown) | {"drawn": now}
 
 
-def live_answer(desk: Desk, request: Mapping[str, Any]) -> tuple[dict[str, Any], list[FloatArray]]:
+def live_answer(desk: Desk, question: Question) -> tuple[dict[str, Any], list[FloatArray]]:
     """What moves on a page while a slider does: the readouts, and the lines of the wanted plots.
 
     Args:
         desk: the page.
-        request: as for `answer`; a plot in `want` gets its lines only if what it shows fits them.
+        question: as for `answer`; a plot in `want` gets its lines only if what it shows fits them.
 
     Returns:
         The rest of the answer, whose `lines` say per plot which traces follow, and their coordinates: x and y of each,
         32-bit floats.
     """
-    resolution = _resolution(request)
+    resolution = _resolution(question)
     if resolution.settings is None:
-        return _refusal(desk, request, resolution), []
+        return _refusal(desk, question, resolution), []
     try:
-        shown = _shown(request, resolution.settings, live=True)
+        shown = _shown(question, resolution.settings, live=True)
     except InputError as error:
-        return _refusal(desk, request, replace(resolution, errors=(error,))), []
-    keys, before = drawing_keys(desk, shown), request.get("drawn") or {}
+        return _refusal(desk, question, replace(resolution, errors=(error,))), []
+    keys, before = drawing_keys(desk, shown), question.drawn
     lines: dict[str, list[list[int]]] = {}
     arrays: list[FloatArray] = []
     for name, plot in desk.plots.items():
-        if name not in (request.get("want") or ()) or before.get(name) != keys[name]:
+        if name not in (question.want or ()) or before.get(name) != keys[name]:
             continue
         lines[name] = []
         figure = plot.draw(shown)
@@ -222,29 +207,25 @@ def live_answer(desk: Desk, request: Mapping[str, Any]) -> tuple[dict[str, Any],
             lines[name].append([index, len(x)])
             arrays += [x, y]
     outdated = [name for name in desk.plots if before.get(name) != keys[name]]
-    return _report(desk, request, resolution, shown) | {"lines": lines, "outdated": outdated}, arrays
+    return _report(desk, question, resolution, shown) | {"lines": lines, "outdated": outdated}, arrays
 
 
-def _resolution(request: Mapping[str, Any]) -> Resolution:
-    pins, pinning = request.get("pins") or (), request.get("pinning") or ()
-    return resolve(request["controls"], request.get("changed") or (), pins, pinning)
+def _resolution(question: Question) -> Resolution:
+    return resolve(question.controls, question.changed, question.pins, question.pinning)
 
 
-def _shown(request: Mapping[str, Any], settings: Settings, *, live: bool) -> Shown:
+def _shown(question: Question, settings: Settings, *, live: bool) -> Shown:
     experiment, view = settings.experiment, settings.view
     result = run_experiment(experiment).at(view.cursor(experiment.samples), view.axis)
     causal = experiment.counterpart() if view.beside else None
-    theme = str(request.get("theme"))
-    theme = theme if theme in THEMES else THEMES[0]
     meta = {
-        "seq": request["seq"],
+        "seq": question.seq,
         "gains": list(result.gains.values),
         "stable": result.verdict.stable,
-        "theme": theme,
+        "theme": question.theme,
     }
-    scene = str(request.get("scene"))
     beside = None if causal is None else run_experiment(causal)
-    return Shown(result, settings, theme, meta, live, scene if TOKEN.fullmatch(scene) else "", beside)
+    return Shown(result, settings, question.theme, meta, live, question.scene, beside)
 
 
 def _patch(figure: Figure, paths: tuple[Path, ...]) -> Patch:
@@ -257,11 +238,11 @@ def _patch(figure: Figure, paths: tuple[Path, ...]) -> Patch:
     return patch
 
 
-def _refusal(desk: Desk, request: Mapping[str, Any], resolution: Resolution) -> dict[str, Any]:
+def _refusal(desk: Desk, question: Question, resolution: Resolution) -> dict[str, Any]:
     """The last good plot stays; the messages stand beside their fields."""
     wrong = {error.field: error_text(error) for error in resolution.errors}
     return {
-        "seq": request["seq"],
+        "seq": question.seq,
         "ok": False,
         "controls": resolution.controls,
         "errors": wrong,
@@ -271,7 +252,7 @@ def _refusal(desk: Desk, request: Mapping[str, Any], resolution: Resolution) -> 
     }
 
 
-def _report(desk: Desk, request: Mapping[str, Any], resolution: Resolution, shown: Shown) -> dict[str, Any]:
+def _report(desk: Desk, question: Question, resolution: Resolution, shown: Shown) -> dict[str, Any]:
     if desk.scene is not None and shown.scene:
         desk.scene(shown)
     rest = common_report(shown.result, shown.settings, live=shown.live)
@@ -279,7 +260,7 @@ def _report(desk: Desk, request: Mapping[str, Any], resolution: Resolution, show
     for part in ("texts", "offers", "fields"):
         rest[part] |= own.pop(part, {})
     return {
-        "seq": request["seq"],
+        "seq": question.seq,
         "ok": True,
         "controls": resolution.controls,
         "errors": {},

@@ -7,58 +7,46 @@ callback.
 
 from __future__ import annotations
 
-import asyncio
 import json
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from fastapi import FastAPI, WebSocket, WebSocketDisconnect
+from fastapi import FastAPI, WebSocket
 
-from server.origin import same_origin
+from layouts.questions import Question
+from server.problem import said
+from server.sockets import listen
+from server.typed import Reader
+from server.work import NoAnswerError, Work
 from tracker_core.types import FloatArray
 
-MESSAGE_LIMIT = 20_000
-"""Characters of one question; a longer one ends the connection."""
-
-Answer = Callable[[Mapping[str, Any]], tuple[Mapping[str, Any], Iterable[FloatArray]]]
-
-POLICY, UNREADABLE, TOO_LARGE = 1008, 1003, 1009
+Answer = Callable[[Question], tuple[Mapping[str, Any], Iterable[FloatArray]]]
 
 
-def attach(server: FastAPI, path: str, answer: Answer, is_long: Callable[[Mapping[str, Any]], bool]) -> None:
+def attach(server: FastAPI, path: str, read: Reader[Question], answer: Answer, work: Work) -> None:
     """Serve questions on a socket.
+
+    Where there is no answer, the text part is `{seq, problem, again}`: what is wrong in the shape of every refusal, and
+    after how many seconds to ask again (null for not at all). One to what cannot be read has no `seq`.
 
     Args:
         server: the application.
         path: of the socket.
+        read: from a text to a question.
         answer: from a question to the text part and the arrays of the answer.
-        is_long: whether answering a question would hold up others; it then runs in a thread.
+        work: where answers are made that would hold up others.
     """
 
     @server.websocket(path)
     async def socket(websocket: WebSocket) -> None:
-        if not same_origin(websocket.headers.get("origin"), websocket.headers.get("host")):
-            await websocket.close(POLICY)
-            return
-        await websocket.accept()
-        try:
-            while True:
-                text = await websocket.receive_text()
-                if len(text) > MESSAGE_LIMIT:
-                    await websocket.close(TOO_LARGE)
-                    return
-                await websocket.send_bytes(await _reply(text, answer, is_long))
-        except WebSocketDisconnect:
-            return
-        except (ValueError, TypeError, LookupError, AttributeError, RecursionError, OverflowError):
-            await websocket.close(UNREADABLE)
+        async def hear(question: Question) -> None:
+            try:
+                found = await work.run(answer, question) if question.is_long else answer(question)
+            except NoAnswerError as error:
+                found = {"seq": question.seq, "problem": said(error.error), "again": error.again}, ()
+            await websocket.send_bytes(framed(*found))
 
-
-async def _reply(text: str, answer: Answer, is_long: Callable[[Mapping[str, Any]], bool]) -> bytes:
-    question = json.loads(text)
-    if is_long(question):
-        return framed(*await asyncio.to_thread(answer, question))
-    return framed(*answer(question))
+        await listen(websocket, read, hear, lambda problem: framed({"problem": problem, "again": None}, ()))
 
 
 def framed(rest: Mapping[str, Any], arrays: Iterable[FloatArray]) -> bytes:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, Literal
+
+from msgspec import Meta, Struct
 
 from layouts.comparing import PRESENT
-from layouts.pins import SLOTS, Pin, pin_of
+from layouts.pins import SLOTS, Pin, Slot, pin_of
 from layouts.rules import index_design
 from layouts.state import LINK_LIMIT, Settings, to_query
 from layouts.text import error_text
@@ -15,20 +17,35 @@ from tracker_core import InputError
 
 Outcome = tuple[Settings, str]
 
+NAME_TYPED = 200
+"""Characters that may be typed for a name; fewer of them are kept."""
+
+
+class Action(Struct, array_like=True, forbid_unknown_fields=True, frozen=True):
+    """What a hand does with a pin: a list of its name and what it is about.
+
+    Attributes:
+        name: one of ACTIONS.
+        slot: of the pin, where it is about one.
+        text: what the pin is to be called.
+    """
+
+    name: Literal["add", "remove", "rename", "use", "start"]
+    slot: Slot | None = None
+    text: Annotated[str, Meta(max_length=NAME_TYPED)] = ""
+
+
 FULL = "Six filters are pinned at most:"
 
 
-def apply(settings: Settings, actions: Iterable[Any]) -> Outcome:
-    """Settings after some actions, each a list of its name and what it is about, and what there is to say of them.
+def apply(settings: Settings, actions: Iterable[Action]) -> Outcome:
+    """Settings after some actions, and what there is to say of them.
 
-    An action that is none, or of a slot without a pin, does nothing. None is done that would make the link too long.
+    An action of a slot without a pin does nothing. None is done that would make the link too long.
     """
     notes = []
     for action in actions:
-        name, *about = action if isinstance(action, list) and action else [None]
-        if not isinstance(name, str) or name not in ACTIONS:
-            continue
-        after, note = ACTIONS[name](settings, *about[:2])
+        after, note = ACTIONS[action.name](settings, action)
         if len(after.pins) >= len(settings.pins) > 0 and len(to_query(after)) > LINK_LIMIT:
             note = "That was not done: the link would grow beyond 2,000 characters."
         else:
@@ -37,7 +54,7 @@ def apply(settings: Settings, actions: Iterable[Any]) -> Outcome:
     return settings, " ".join(filter(None, notes))
 
 
-def add(settings: Settings, *_: Any) -> Outcome:
+def add(settings: Settings, _: Action) -> Outcome:
     """The present filter becomes the last pin; the last of six makes room for it."""
     return _added(settings, pin_of(0, settings.experiment))
 
@@ -56,23 +73,24 @@ def _added(settings: Settings, pin: Pin) -> Outcome:
     return replace(settings, pins=(*pins, replace(pin, slot=slot))), note
 
 
-def remove(settings: Settings, slot: Any = None, *_: Any) -> Outcome:
+def remove(settings: Settings, action: Action) -> Outcome:
     """One pin less; whoever was compared with it is compared with the present filter."""
     view = settings.view
-    if view.comparing.reference == slot:
+    if view.comparing.reference == action.slot:
         view = replace(view, comparing=replace(view.comparing, reference=PRESENT))
-    return replace(settings, view=view, pins=tuple(pin for pin in settings.pins if pin.slot != slot)), ""
+    return replace(settings, view=view, pins=tuple(pin for pin in settings.pins if pin.slot != action.slot)), ""
 
 
-def rename(settings: Settings, slot: Any = None, name: Any = "", *_: Any) -> Outcome:
+def rename(settings: Settings, action: Action) -> Outcome:
     """Another name for a pin; without one its usual name."""
-    return replace(settings, pins=tuple(pin.named(str(name)) if pin.slot == slot else pin for pin in settings.pins)), ""
+    pins = (pin.named(action.text) if pin.slot == action.slot else pin for pin in settings.pins)
+    return replace(settings, pins=tuple(pins)), ""
 
 
-def use(settings: Settings, slot: Any = None, *_: Any) -> Outcome:
+def use(settings: Settings, action: Action) -> Outcome:
     """A pinned filter becomes the present one; the pin stays."""
     for pin in settings.pins:
-        if pin.slot == slot:
+        if pin.slot == action.slot:
             try:
                 return replace(settings, experiment=pin.on(settings.experiment)), ""
             except InputError as error:
@@ -80,7 +98,7 @@ def use(settings: Settings, slot: Any = None, *_: Any) -> Outcome:
     return settings, ""
 
 
-def start(settings: Settings, *_: Any) -> Outcome:
+def start(settings: Settings, _: Action) -> Outcome:
     """Three filters of the present order to begin with: a constant memory, an optimal one, one that adapts."""
     order, note = settings.experiment.order, ""
     for values in (
@@ -94,6 +112,6 @@ def start(settings: Settings, *_: Any) -> Outcome:
     return settings, note
 
 
-ACTIONS: dict[str, Callable[..., Outcome]] = {
+ACTIONS: dict[str, Callable[[Settings, Action], Outcome]] = {
     "add": add, "remove": remove, "rename": rename, "use": use, "start": start,
 }  # fmt: skip

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
+
+from msgspec import Meta
 
 from tracker_core import DESIGNS, Experiment, InputError
 from tracker_core.adaptive import METHODS
@@ -16,6 +18,7 @@ from tracker_core.fields import FIELDS
 from tracker_core.types import GAIN_NAMES
 
 SLOTS = (1, 2, 3, 4, 5, 6)
+Slot = Annotated[int, Meta(ge=SLOTS[0], le=SLOTS[-1])]
 NAME_LENGTH = 40
 TEXT_LENGTH = 600
 """Characters of a pin in a link that are looked at."""
@@ -84,11 +87,11 @@ def read_pin(slot: int, text: str) -> Pin:
     return Pin(slot, tuple(read_filter(values).items())).named(name)
 
 
-def read_pins(pairs: Iterable[Any]) -> tuple[Pin, ...]:
-    """Pins as a page sends them, pairs of slot and text; what is none is let go."""
+def read_pins(pairs: Iterable[tuple[int, str]]) -> tuple[Pin, ...]:
+    """Pins as a page sends them, pairs of slot and text; what is none, or a second one in its slot, is let go."""
     pins: dict[int, Pin] = {}
     for slot, text in pairs:
-        if isinstance(slot, int) and slot in SLOTS and slot not in pins and isinstance(text, str):
+        if slot not in pins:
             with suppress(InputError):
                 pins[slot] = read_pin(slot, text)
     return tuple(pins.values())

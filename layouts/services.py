@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from layouts.scenes import Scenes
 from layouts.studies import Studies
+from server.work import Work
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,8 +15,10 @@ class Services:
 
     Attributes:
         scenes: scenes in three dimensions.
-        studies: work that takes long.
+        studies: what takes minutes.
+        work: answers that take more than a moment.
     """
 
     scenes: Scenes
     studies: Studies
+    work: Work

@@ -8,7 +8,6 @@ study, and the same study the same bits, after a reload or a restart as well.
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
 import threading
 from collections import OrderedDict, deque
@@ -19,11 +18,11 @@ from time import perf_counter
 from typing import Any, Protocol
 
 import orjson
-from fastapi import FastAPI, WebSocket, WebSocketDisconnect
+from fastapi import FastAPI, WebSocket
 
-from layouts.live import MESSAGE_LIMIT, POLICY, TOO_LARGE, UNREADABLE
+from layouts.questions import StudyQuestion, read_study_question
 from layouts.text import error_text
-from server.origin import same_origin
+from server.sockets import listen
 from tracker_core import InputError
 from tracker_core.tuning import Progress
 
@@ -35,6 +34,9 @@ STEP = 0.25
 
 PACE = 5
 """A partial result takes at most one part in this of a study's time, however large it is."""
+
+MINUTES = 60.0
+WAITING = 100
 
 REMEMBERED = 32
 REMEMBERED_SCORES = 8_000_000
@@ -56,7 +58,7 @@ class Study(Protocol):
 Content = Callable[[Progress[Any]], Mapping[str, Any]]
 """What a page shows of how far a study has come, as plain values."""
 
-Begin = Callable[[Mapping[str, Any]], tuple[Study, Content]]
+Begin = Callable[[StudyQuestion], tuple[Study, Content]]
 """From a page's question to the study it asks for and what the page shows of it; raises InputError."""
 
 
@@ -65,42 +67,34 @@ class Studies:
 
     Args:
         executor: where their parts are computed; None for this machine's threads.
+        minutes: after which a study ends with what it has come to.
+        waiting: studies that may wait for their turn.
     """
 
-    def __init__(self, executor: Executor | None = None) -> None:
+    def __init__(self, executor: Executor | None = None, *, minutes: float = MINUTES, waiting: int = WAITING) -> None:
         self._executor = executor
+        self._minutes = minutes
+        self._waiting = waiting
         self._drivers = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="studies")
         self._line: deque[_Asked] = deque()
         self._running = 0
         self._outcomes: OrderedDict[Study, Progress[Any]] = OrderedDict()
 
     def attach(self, server: FastAPI, path: str, begin: Begin) -> None:
-        """Serve a page's studies on a socket: questions `{seq, query, theme}`, with `stop` or `look` true or not.
+        """Serve a page's studies on a socket; the questions are of `StudyQuestion`.
 
-        `stop` ends what runs; `look` asks for what a stopped study has come to, in another theme say. Answers are
-        `{seq, state}`, with `place` while "queued"; `done`, `of`, `seconds`, `remaining` and `content` while "running"
-        and once "done"; `errors` by field where "refused". To "again" the same is to be asked once more.
+        Answers are `{seq, state}`, with `place` while "queued"; `done`, `of`, `seconds`, `remaining` and `content`
+        while "running" and once "done", and `minutes` as well where it has taken them and is "over"; `errors` by field
+        where "refused". To "again" the same is to be asked once more, where too many are "waiting" later on. Of a
+        question that cannot be read `problem` says why.
         """
 
         @server.websocket(path)
         async def socket(websocket: WebSocket) -> None:
-            if not same_origin(websocket.headers.get("origin"), websocket.headers.get("host")):
-                await websocket.close(POLICY)
-                return
-            await websocket.accept()
             page = _Page(self, begin)
             sending = asyncio.create_task(page.send(websocket.send_bytes))
             try:
-                while True:
-                    text = await websocket.receive_text()
-                    if len(text) > MESSAGE_LIMIT:
-                        await websocket.close(TOO_LARGE)
-                        return
-                    await page.ask(json.loads(text))
-            except WebSocketDisconnect:
-                return
-            except (ValueError, TypeError, LookupError, AttributeError, RecursionError, OverflowError):
-                await websocket.close(UNREADABLE)
+                await listen(websocket, read_study_question, page.ask, _unreadable)
             finally:
                 page.stop()
                 sending.cancel()
@@ -119,7 +113,11 @@ class Studies:
             self._outcomes.popitem(last=False)
 
     def enter(self, asked: _Asked) -> None:
-        """Run it now or put it at the end of the line."""
+        """Run it now or put it at the end of the line, if that is not too long already."""
+        if len(self._line) >= self._waiting:
+            asked.stopped.set()
+            asked.tell({"seq": asked.view[0], "state": "waiting"})
+            return
         self._line.append(asked)
         self._call()
 
@@ -156,6 +154,11 @@ class Studies:
                     stream.close()  # type: ignore[attr-defined]
                     return
                 now = perf_counter() - begun
+                if progress.done < progress.of and now > 60 * self._minutes:
+                    stream.close()  # type: ignore[attr-defined]
+                    over = asked.shown(progress, now) | {"state": "over", "minutes": self._minutes}
+                    asked.end(over, (progress, now))
+                    return
                 if progress.done < progress.of and now >= next_at:
                     asked.last = (progress, now)
                     asked.post(asked.shown(progress, now))
@@ -178,6 +181,10 @@ def _scores(progress: Progress[Any]) -> int:
     return int(getattr(getattr(progress.outcome, "scores", None), "size", 0))
 
 
+def _unreadable(problem: Mapping[str, str]) -> bytes:
+    return orjson.dumps({"problem": problem})
+
+
 def refusal(error: InputError) -> dict[str, Any]:
     """What a page is told of a study that cannot be run."""
     return {"state": "refused", "errors": {error.field: error_text(error)}}
@@ -194,7 +201,7 @@ class _Asked:
         tell: sends to the page, from the server's loop.
         loop: that loop.
         stopped: set once nobody wants it any more, or it has ended.
-        last: how far it had come when it was shown last, and after how many seconds; None once it has ended.
+        last: how far it had come when it was shown last, and after how many seconds; None once all of it is there.
     """
 
     study: Study
@@ -209,11 +216,11 @@ class _Asked:
         if not self.stopped.is_set():
             self.loop.call_soon_threadsafe(self.tell, message)
 
-    def end(self, message: Mapping[str, Any]) -> None:
+    def end(self, message: Mapping[str, Any], last: tuple[Progress[Any], float] | None = None) -> None:
         """Send the last word on it, from a thread: whoever asks again is told what is remembered, or begins anew."""
         if not self.stopped.is_set():
             self.stopped.set()
-            self.last = None
+            self.last = last
             self.loop.call_soon_threadsafe(self._last_word, message)
 
     def _last_word(self, message: Mapping[str, Any]) -> None:
@@ -263,10 +270,10 @@ class _Page:
         self._message = dict(message)
         self._news.set()
 
-    async def ask(self, question: Mapping[str, Any]) -> None:
+    async def ask(self, question: StudyQuestion) -> None:
         """Answer a question: go on, begin, refuse or stop."""
-        seq = question["seq"]
-        if question.get("stop"):
+        seq = question.seq
+        if question.stop:
             self.stop()
             self._say({"seq": seq, "state": "stopped"})
             return
@@ -276,7 +283,7 @@ class _Page:
             self.stop()
             self._say({"seq": seq, **refusal(error)})
             return
-        if question.get("look"):
+        if question.look:
             await self._look(seq, study, content)
             return
         present = self._asked
@@ -303,11 +310,11 @@ class _Page:
             self._studies.enter(asked)
 
     async def _look(self, seq: Any, study: Study, content: Content) -> None:
-        """What a study had come to when it was stopped."""
-        left, message = self._left, {"seq": seq, "state": "stopped"}
-        if left is not None and left.study == study and left.last is not None:
-            left.view = (seq, content)
-            message = await asyncio.to_thread(left.shown, *left.last) | message
+        """What a study had come to when it was stopped, or had taken its time."""
+        ended, message = self._left or self._asked, {"seq": seq, "state": "stopped"}
+        if ended is not None and ended.stopped.is_set() and ended.study == study and ended.last is not None:
+            ended.view = (seq, content)
+            message = await asyncio.to_thread(ended.shown, *ended.last) | message
         self._say(message)
 
     def stop(self) -> None:

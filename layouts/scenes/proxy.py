@@ -19,11 +19,11 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 from websockets.typing import Subprotocol
 
-from layouts.live import POLICY, TOO_LARGE
 from layouts.scenes.page import client_page, protocol
 from layouts.scenes.sessions import TOKEN, RefusedError, Session
 from layouts.theme import THEMES
 from server.origin import same_origin
+from server.sockets import POLICY, TOO_LARGE
 
 if TYPE_CHECKING:
     from layouts.scenes.host import Scenes

@@ -4,6 +4,7 @@ import asyncio
 import json
 
 import httpx
+import msgspec
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -12,6 +13,7 @@ import app
 from layouts.comparing import Comparing
 from layouts.controls import controls_of
 from layouts.pins import SLOTS, pin_of
+from layouts.questions import Question
 from layouts.state import BACKGROUNDS, EXAGGERATIONS, INPUTS, LIMIT_FIELDS, Limits, Settings, View
 from layouts.tuning import STUDIES, Tuning
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment
@@ -131,7 +133,7 @@ def controls_for():
 
 @pytest.fixture(scope="session")
 def request_for():
-    """A request as it comes from the browser, where whatever was moved has been moved by a hand."""
+    """A question as it comes from the browser, where whatever was moved has been moved by a hand."""
 
     def make(controls, moved=None, **more):
         moved = moved or {}
@@ -146,7 +148,7 @@ def request_for():
             "theme": "light",
             **more,
         }
-        return json.loads(json.dumps(question))
+        return msgspec.json.decode(json.dumps(question), type=Question)
 
     return make
 

@@ -8,6 +8,7 @@ import sys
 import threading
 from pathlib import Path
 
+import msgspec
 import orjson
 import pytest
 
@@ -178,7 +179,7 @@ def call(http):
             json={
                 "output": "..{}..".format("...".join(f"{o['id']}.{o['property']}" for o in outputs)),
                 "outputs": outputs,
-                "inputs": [{"id": f"{desk.page}-request", "property": "data", "value": question}],
+                "inputs": [{"id": f"{desk.page}-request", "property": "data", "value": msgspec.to_builtins(question)}],
                 "changedPropIds": [f"{desk.page}-request.data"],
             },
         )

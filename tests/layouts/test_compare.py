@@ -22,6 +22,7 @@ from layouts.pages.compare.answers import DESK, SAME_RUNS
 from layouts.pages.compare.study import begin, difference_text, mean_text, signed
 from layouts.pinned import candidates, reference_of
 from layouts.pins import SLOTS, read_pin
+from layouts.questions import Question, StudyQuestion
 from layouts.state import Settings, View, from_query, to_query
 from layouts.text import change_text, metric_text
 from layouts.theme import PIN_LOOKS, THEMES, tokens
@@ -266,7 +267,7 @@ def test_another_pin_draws_the_plots_anew(controls_for, request_for):
 
 def study_of(theme="light", **more):
     """The study of a link, and what the page shows once it is done."""
-    study, content = begin({"query": to_query(settings(**more)), "theme": theme, "seq": 1})
+    study, content = begin(StudyQuestion(seq=1, query=to_query(settings(**more)), theme=theme))
     *_, last = study.stream()
     shown = content(last)
     json.dumps(shown)
@@ -304,7 +305,7 @@ def test_a_study_compares_every_filter_that_fits():
 def test_nothing_is_called_significant_before_the_last_run():
     """Who may stop at the first significant result finds one sooner or later."""
     view = View(comparing=Comparing(runs=1_200))
-    study, content = begin({"query": to_query(settings(pins=PINS[:2], view=view)), "theme": "light", "seq": 1})
+    study, content = begin(StudyQuestion(seq=1, query=to_query(settings(pins=PINS[:2], view=view))))
     parts = list(study.stream())
     assert len(parts) > 1
     for part in parts:
@@ -323,7 +324,9 @@ def test_nothing_is_called_significant_before_the_last_run():
 
 
 def test_a_filter_alone_waits_for_no_verdicts():
-    study, content = begin({"query": to_query(settings(pins=[], view=View(comparing=Comparing(runs=5))))})
+    study, content = begin(
+        StudyQuestion(seq=1, query=to_query(settings(pins=[], view=View(comparing=Comparing(runs=5)))))
+    )
     *_, last = study.stream()
     text = content(replace(last, done=last.done - 1))["texts"]["runs-text"]
     assert text.startswith("5 runs, seeds 1 to 5, so far. Means with their 95 % intervals.")
@@ -360,7 +363,7 @@ def test_what_significant_means_is_said_in_plain_words():
 @pytest.mark.parametrize("values", [{"noise": "none"}, {"scenario": "garg-accelerating", "samples": 10}])
 def test_where_nothing_is_left_to_chance_no_study_is_run_and_the_page_says_so(controls_for, request_for, values):
     with pytest.raises(InputError, match="noise must leave something to chance"):
-        begin({"query": to_query(settings(pins=[], **values)), "theme": "light"})
+        begin(StudyQuestion(seq=1, query=to_query(settings(pins=[], **values))))
     _, rest = ask(request_for, controls_for(**{**SHORT, **values}))
     assert rest["texts"]["chance"] == SAME_RUNS
     _, rest = ask(request_for, controls_for(**SHORT))
@@ -377,13 +380,13 @@ def test_a_number_of_runs_over_the_bound_is_said_beside_its_field(controls_for, 
 def test_a_study_of_too_many_steps_is_refused_by_its_runs():
     view = View(comparing=Comparing(runs=1_000_000))
     with pytest.raises(InputError) as caught:
-        begin({"query": to_query(settings(view=view, samples=100_000)), "theme": "light"})
+        begin(StudyQuestion(seq=1, query=to_query(settings(view=view, samples=100_000))))
     assert caught.value.field == "runs"
 
 
-@pytest.mark.parametrize("question", [{"query": None}, {"query": ""}, {"query": "pin1=nonsense&theme=1", "theme": 5}])
-def test_any_link_begins_a_study(question):
-    study, _ = begin(question)
+@pytest.mark.parametrize("query", ["", "pin1=nonsense&theme=1", "%"])
+def test_any_link_begins_a_study(query):
+    study, _ = begin(StudyQuestion(seq=1, query=query))
     assert len(study.experiments) == 1
 
 
@@ -439,8 +442,8 @@ def test_where_percent_mean_nothing_the_unit_is_drawn(metric):
 def test_any_filters_can_be_compared_on_any_target(wanted, theme):
     experiment = replace(wanted.experiment, samples=min(wanted.experiment.samples, 60))
     wanted = replace(wanted, experiment=experiment, view=replace(wanted.view, at=None))
-    pins = [[pin.slot, pin.text()] for pin in wanted.pins]
-    question = {"seq": 1, "controls": controls_of(wanted), "pins": pins, "theme": theme}
+    pins = [(pin.slot, pin.text()) for pin in wanted.pins]
+    question = Question(seq=1, controls=controls_of(wanted), pins=pins, theme=theme)
     updates, rest = answer(DESK, question)
     assert len(rest["filters"]) == len(pins) + 1
     for figure in updates[: len(DESK.plots)]:

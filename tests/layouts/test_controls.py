@@ -1,7 +1,6 @@
 """The rules of the page: what one movement of a hand does to all controls."""
 
 import json
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,11 +8,12 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from layouts import questions
 from layouts.controls import SPARE_GAINS, controls_of, preset_of, resolve
-from layouts.pinning import ACTIONS
+from layouts.pinning import ACTIONS, Action
 from layouts.pins import SLOTS, read_pin
 from layouts.rules import design_title, index_design, presets
-from layouts.state import LIMIT_FIELDS, VIEW_FIELDS, Limits, Settings, View
+from layouts.state import LIMIT_FIELDS, Limits, Settings, View
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, Experiment, Gains
 from tracker_core.fields import FIELDS
 
@@ -30,7 +30,7 @@ def move(controls, **moved):
 
 def sent(wanted):
     """The pins of settings as a page sends them."""
-    return [[pin.slot, pin.text()] for pin in wanted.pins]
+    return [(pin.slot, pin.text()) for pin in wanted.pins]
 
 
 def design_controls(controls_for, design, order, **more):
@@ -56,13 +56,10 @@ def test_controls_describe_the_settings_they_were_made_from(wanted):
 
 def test_what_is_no_pin_is_let_go(controls_for):
     pins = [
-        [1, "xi:7"],
-        [2, None],
-        [7, "kalata"],
-        ["3", "kalata"],
-        [None, "kalata"],
-        [4, "kalata"],
-        [4, "fading-memory"],
+        (1, "xi:7"),
+        (2, ""),
+        (4, "kalata"),
+        (4, "fading-memory"),
     ]
     got = resolve(controls_for(), [], pins)
     assert got.settings == Settings(Experiment.from_dict({}), pins=(read_pin(4, "kalata"),))
@@ -599,12 +596,6 @@ def test_several_bad_entries_have_an_error_each(controls_for):
     assert {error.field for error in got.errors} == {"samples", "interval", "xi"}
 
 
-def test_an_entry_of_any_length_is_cut(controls_for):
-    got = move(controls_for(), samples="9" * 100_000)
-    assert [error.field for error in got.errors] == ["samples"]
-    assert len(got.controls["samples"]) == 200
-
-
 def test_a_missing_control_takes_the_default(controls_for):
     controls = controls_for(seed=5)
     del controls["samples"]
@@ -619,23 +610,25 @@ def test_no_controls_at_all_are_the_default():
 
 # Anything that JSON can say ----------------------------------------------------------------------------------------
 
-CONTROLS = [*FIELDS, *VIEW_FIELDS, *LIMIT_FIELDS, "preset", "written", "point", "pole", "responsiveness"]
+CONTROLS = sorted(questions.CONTROLS)
 WORDS = st.sampled_from([
     *SCENARIOS, *DESIGNS, *CONVENTIONS, *presets(), "manual", "known", "three-point", "white", "recorded", "none", "x",
     "y", "range", "position", "jerk", "2", "3", "4", "0.5", "10,20", "", "nan", "-1", "beta-gamma", "lag", "ramp",
     "alpha-beta 0.5 0.2", "gamma-eta 0.1 0.01", "beta-gamma 1 nan", "1 0.3 0.1  0.5 0  0.4 0", "0 2 2 2 2",
     "2 0.9 0  0.5 0.1  0.5 -0.1  0.4 0", "0 0.3 -0.2  0.5 0.1  0.5 -0.1  0.4 0.2  0.4 -0.2",
 ])  # fmt: skip
-NUMBERS = st.sampled_from(
-    [0, 1, 2, 3, 4, 5, 0.1, 0.5, 0.99, 1.5, -1, 1000, 3000, 1e-6, 1e300, -0.0, math.nan, math.inf]
+NUMBERS = st.sampled_from([0, 1, 2, 3, 4, 5, 0.1, 0.5, 0.99, 1.5, -1, 1000, 3000, 1e-6, 1e300, -0.0])
+ANYTHING = (
+    st.none()
+    | WORDS
+    | NUMBERS
+    | st.integers()
+    | st.floats(allow_nan=False, allow_infinity=False)
+    | st.text(max_size=10)
 )
-SCALARS = st.none() | st.booleans() | WORDS | NUMBERS | st.integers() | st.floats() | st.text(max_size=10)
-ANYTHING = st.recursive(
-    SCALARS, lambda deeper: st.lists(deeper, max_size=3) | st.dictionaries(st.text(max_size=5), deeper, max_size=3),
-    max_leaves=6,
-)  # fmt: skip
-NAMES = st.sampled_from(CONTROLS) | st.text(max_size=10)
+NAMES = st.sampled_from(CONTROLS)
 TEXTS = st.sampled_from(["fading-memory,xi:0.5", "moving-window,window:999", "kalata", "manual,alpha:1,beta:2,name:N"])
+SOME_SLOT = st.sampled_from(SLOTS)
 
 
 def assert_resolved(got):
@@ -654,11 +647,13 @@ def assert_resolved(got):
 @settings(max_examples=200)
 @given(
     controls=st.dictionaries(NAMES, ANYTHING, max_size=25),
-    changed=st.lists(NAMES | SCALARS, max_size=6),
-    pins=st.lists(st.tuples(st.sampled_from(SLOTS) | SCALARS, TEXTS | ANYTHING), max_size=6),
-    pinning=st.lists(st.lists(st.sampled_from([*ACTIONS, *SLOTS]) | ANYTHING, max_size=4) | ANYTHING, max_size=4),
+    changed=st.lists(NAMES, max_size=6),
+    pins=st.lists(st.tuples(SOME_SLOT, TEXTS | st.text(max_size=10)), max_size=6),
+    pinning=st.lists(
+        st.builds(Action, st.sampled_from(list(ACTIONS)), st.none() | SOME_SLOT, st.text(max_size=10)), max_size=4
+    ),
 )
-def test_any_message_gives_settings_or_errors(controls, changed, pins, pinning):
+def test_any_question_gives_settings_or_errors(controls, changed, pins, pinning):
     assert_resolved(resolve(controls, changed, pins, pinning))
 
 

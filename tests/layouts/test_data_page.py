@@ -14,6 +14,7 @@ from layouts.pages.data import suggesting
 from layouts.pages.data.answers import DESK
 from layouts.pages.data.file import MOST_SHOWN
 from layouts.pages.data.view import EXAMPLES, layout
+from layouts.questions import StudyQuestion
 from tracker_core import Experiment, InputError, run_experiment
 from tracker_core.measured import SHELF, File, recorded
 
@@ -269,7 +270,7 @@ def test_a_change_of_the_gate_alone_moves_nothing_but_what_it_moves(show, exampl
 
 
 def study(**query):
-    asked, show = suggesting.begin({"query": urlencode(query), "theme": "light"})
+    asked, show = suggesting.begin(StudyQuestion(seq=1, query=urlencode(query)))
     *_, last = asked.stream()
     return asked, show(last)
 
@@ -308,11 +309,11 @@ def test_a_clean_recording_needs_no_gate(example):
 
 def test_without_a_recording_there_is_nothing_to_suggest():
     with pytest.raises(InputError, match="needs a recording"):
-        suggesting.begin({"query": "", "theme": "light"})
+        suggesting.begin(StudyQuestion(seq=1, query=""))
 
 
 def test_too_few_measurements_are_refused(example):
     data = SHELF.keep(File("few.csv", b"t,x\n" + b"".join(b"%d,%d\n" % (row, row) for row in range(6))))
-    asked, _ = suggesting.begin({"query": urlencode({"data": data}), "theme": "light"})
+    asked, _ = suggesting.begin(StudyQuestion(seq=1, query=urlencode({"data": data})))
     with pytest.raises(InputError):
         list(asked.stream())

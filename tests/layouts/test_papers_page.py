@@ -23,6 +23,7 @@ from tracker_core.papers.printed import EMPTY
 from tracker_core.papers.recipes import cells
 from tracker_core.papers.reproduce import Estimate
 
+SHAPE = {"field", "rule", "received", "message", "request"}
 EVERY_PAPER = pytest.mark.parametrize("name", NAMES)
 RUNS = [(paper.name, run.name) for paper in papers().values() for run in paper.runs]
 
@@ -242,7 +243,8 @@ def test_what_is_not_there_is_refused(path, status, message, get):
     found = get(f"/papers/{path}")
     assert found.status_code == status
     assert found.headers["content-type"] == "application/json"
-    assert found.json()["error"].startswith(message)
+    assert found.json()["message"].startswith(message)
+    assert found.json().keys() == SHAPE
 
 
 def test_parts_are_served(get):
@@ -280,7 +282,8 @@ def test_files_are_served(get):
     ):
         refused = get(path)
         assert refused.status_code == status
-        assert refused.text.startswith(said)
+        assert refused.json()["message"].startswith(said)
+        assert refused.json().keys() == SHAPE
 
 
 def test_a_document_is_smaller_than_what_a_page_may_weigh():

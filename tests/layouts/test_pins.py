@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from layouts.comparing import Comparing
 from layouts.pinned import last_pinned, merits_of, metrics_of
-from layouts.pinning import apply
+from layouts.pinning import Action, apply
 from layouts.pins import NAME_LENGTH, SLOTS, clean_name, filter_name, pin_of, read_pin
 from layouts.readouts import since_text
 from layouts.state import LINK_LIMIT, Settings, View, to_query
@@ -91,7 +91,8 @@ def test_a_name_is_one_line_that_can_be_seen(given_name, name):
 
 def test_pinning_appends_the_present_filter_in_the_lowest_free_slot():
     settings, note = apply(
-        replace(with_xi(0.1, 0.2, 0.3), view=View(comparing=Comparing(reference=2))), [["remove", 2], ["add"]]
+        replace(with_xi(0.1, 0.2, 0.3), view=View(comparing=Comparing(reference=2))),
+        [Action("remove", 2), Action("add")],
     )
     assert slots(settings) == [1, 3, 2]
     assert settings.pins[-1] == pin_of(2, DEFAULT.experiment)
@@ -99,27 +100,27 @@ def test_pinning_appends_the_present_filter_in_the_lowest_free_slot():
 
 
 def test_what_is_pinned_already_becomes_the_last():
-    settings, note = apply(with_xi(0.1, 0.64, 0.3), [["rename", 2, "mine"], ["add"]])
+    settings, note = apply(with_xi(0.1, 0.64, 0.3), [Action("rename", 2, "mine"), Action("add")])
     assert slots(settings) == [1, 3, 2]
     assert (settings.pins[-1].name, note) == ("mine", "")
 
 
 def test_a_seventh_replaces_the_last_and_says_so():
-    settings, note = apply(with_xi(0.1, 0.2, 0.3, 0.4, 0.5, 0.6), [["add"]])
+    settings, note = apply(with_xi(0.1, 0.2, 0.3, 0.4, 0.5, 0.6), [Action("add")])
     assert slots(settings) == [1, 2, 3, 4, 5, 6]
     assert settings.pins[-1] == pin_of(6, DEFAULT.experiment)
     assert note == "Six filters are pinned at most: Fading memory ξ 0.6 has made room."
 
 
 def test_a_pin_becomes_the_present_filter_and_stays():
-    settings, note = apply(with_xi(0.1, 0.2), [["use", 2]])
+    settings, note = apply(with_xi(0.1, 0.2), [Action("use", 2)])
     assert settings.experiment == Experiment.from_dict({"xi": 0.2})
     assert (settings.pins, note) == (with_xi(0.1, 0.2).pins, "")
 
 
 def test_a_pin_that_does_not_fit_cannot_become_the_present_filter():
     before = replace(DEFAULT, pins=(read_pin(1, "moving-window,window:5000"),))
-    settings, note = apply(before, [["use", 1]])
+    settings, note = apply(before, [Action("use", 1)])
     assert settings == before
     assert note.startswith("Moving window (M4) W 5000 does not fit here: Window must be ")
 
@@ -131,7 +132,7 @@ def test_three_filters_to_begin_with_run_on_every_target(scenario, order, interv
     usual = Experiment.from_dict({"scenario": scenario})
     values = {} if interval is None else {"interval": interval, "noise": "white"}
     present = replace(usual.with_filter({"order": order, "xi": 0.5}), **values)
-    settings, note = apply(Settings(present), [["start"]])
+    settings, note = apply(Settings(present), [Action("start")])
     assert (len({pin.name for pin in settings.pins}), note) == (3, "")
     for pin in settings.pins:
         assert pin.on(present).order == order
@@ -139,16 +140,14 @@ def test_three_filters_to_begin_with_run_on_every_target(scenario, order, interv
             assert run_experiment(pin.on(present)).metrics.observation_rmse is not None
 
 
-@pytest.mark.parametrize(
-    "action", [[], "add", None, 3, ["remove"], ["remove", 9], ["rename", 9, "x"], ["use"], [["add"]]]
-)
-def test_what_is_no_action_does_nothing(action):
+@pytest.mark.parametrize("action", [Action("remove"), Action("remove", 5), Action("rename", 5, "x"), Action("use")])
+def test_an_action_of_no_pin_does_nothing(action):
     assert apply(with_xi(0.1), [action]) == (with_xi(0.1), "")
 
 
 def test_a_name_that_would_make_the_link_too_long_is_not_taken():
     settings = with_xi(0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
-    actions = [["rename", slot, "漢" * 40] for slot in SLOTS]
+    actions = [Action("rename", slot, "漢" * 40) for slot in SLOTS]
     settings, note = apply(settings, actions)
     assert len(to_query(settings)) <= LINK_LIMIT
     assert settings.pins[0].name == "漢" * 40

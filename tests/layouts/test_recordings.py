@@ -13,6 +13,7 @@ from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.pages.track.answers import DESK as TRACK
 from layouts.pages.track.answers import picture
 from layouts.pages.tune.answers import DESK as TUNE
+from layouts.questions import Question
 from layouts.run_cards import CARDS, EVIDENCE_CARDS
 from layouts.shown import Shown
 from layouts.state import from_query
@@ -52,8 +53,7 @@ def ask(desk, query, changed=None, **more):
     """The answer to a page that a link has opened, with everything wanted, after a change of its controls."""
     controls = beginning(desk, dict(parse_qsl(query)))["controls"] | (changed or {})
     wanted = [*desk.plots, *desk.tables]
-    request = {"seq": 1, "controls": controls, "changed": list(changed or ()), "want": wanted, "theme": "light", **more}
-    return answer(desk, request)
+    return answer(desk, Question(seq=1, controls=controls, changed=list(changed or ()), want=wanted, **more))
 
 
 @pytest.mark.parametrize("name", ["constant", "varying", "known", "one"])
@@ -144,10 +144,11 @@ def test_errors_are_called_what_they_are(files):
 
 def test_crosses_follow_a_slider(files):
     controls = beginning(EXPLORE, {"data": files["constant"], "xi": "0.6", "gate": "6"})["controls"]
-    request = {"seq": 1, "controls": controls, "changed": [], "theme": "light"}
-    _, rest = answer(EXPLORE, request)
-    moved = {**request, "controls": controls | {"xi": 0.7}, "changed": ["xi"], "drawn": rest["drawn"]}
-    live, _ = live_answer(EXPLORE, moved | {"want": list(EXPLORE.plots)})
+    _, rest = answer(EXPLORE, Question(seq=1, controls=controls))
+    moved = Question(
+        seq=2, controls=controls | {"xi": 0.7}, changed=["xi"], drawn=rest["drawn"], want=list(EXPLORE.plots)
+    )
+    live, _ = live_answer(EXPLORE, moved)
     assert [6, 1] in live["lines"]["explore-path"]
 
 
@@ -160,8 +161,8 @@ def test_another_file_is_another_target(files):
     assert controls["at"] == 61
     # And back, and forth again: the recording is still in the menu's hand.
     for scenario in ("jeong-ship", "recording"):
-        request = {"seq": 2, "controls": controls | {"scenario": scenario}, "changed": ["scenario"], "theme": "light"}
-        _, rest = answer(EXPLORE, request)
+        question = Question(seq=2, controls=controls | {"scenario": scenario}, changed=["scenario"])
+        _, rest = answer(EXPLORE, question)
         assert rest["ok"], rest["errors"]
         controls = rest["controls"]
         assert controls["data"] == files["constant"]

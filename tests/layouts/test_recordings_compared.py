@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import structs
 
 from layouts.desk import answer, beginning, live_answer
 from layouts.figures.common import coordinates
@@ -17,6 +18,7 @@ from layouts.pages.compare.answers import NEEDS_TRUTH, ONE_RUN, OWN_GATES
 from layouts.pages.tune import content as tune_content
 from layouts.pages.tune.answers import DESK as TUNE
 from layouts.pages.tune.content import PLOT
+from layouts.questions import Question, StudyQuestion
 from layouts.run_cards import UNDIRECTED
 from layouts.state import Settings, from_query, to_query
 from layouts.tuning import STUDIES
@@ -62,11 +64,9 @@ def ask(desk, query, changed=None, pins=()):
     """The answer to a page that a link has opened, with everything wanted, after a change of its controls."""
     start = beginning(desk, dict(parse_qsl(query)))
     controls = start["controls"] | (changed or {})
-    request = {
-        "seq": 1, "controls": controls, "changed": list(changed or ()), "want": list(desk.plots), "theme": "light",
-        "pins": [*start["pins"], *pins],
-    }  # fmt: skip
-    updates, rest = answer(desk, request)
+    pins = [*map(tuple, start["pins"]), *pins]
+    question = Question(seq=1, controls=controls, changed=list(changed or ()), want=list(desk.plots), pins=pins)
+    updates, rest = answer(desk, question)
     assert rest["ok"], rest["errors"]
     return dict(zip(desk.plots, updates, strict=False)), rest
 
@@ -74,7 +74,7 @@ def ask(desk, query, changed=None, pins=()):
 def studied(query, **more):
     """What the Tune page shows of a study once it is done."""
     link = "&".join([query, *(f"{name}={value}" for name, value in (FEW | more).items())])
-    study, content = tune_content.begin({"query": link, "theme": "light"})
+    study, content = tune_content.begin(StudyQuestion(seq=1, query=link))
     *_, progress = study.stream()
     return study, content(progress)
 
@@ -205,7 +205,7 @@ def test_every_study_runs_on_a_recording(name, kind, files):
 def test_a_gate_makes_a_study_one_of_the_present_filter(files):
     def study(xi, gate, kind="sweep"):
         query = f"data={files['known']}&order=2&xi={xi}&tune={kind}{gate}"
-        return tune_content.begin({"query": query, "theme": "light"})[0]
+        return tune_content.begin(StudyQuestion(seq=1, query=query))[0]
 
     for kind in STUDIES:
         assert study(0.6, "", kind) == study(0.7, "", kind)
@@ -217,7 +217,9 @@ def test_a_gate_makes_a_study_one_of_the_present_filter(files):
 
 def test_what_nobody_knows_of_a_drawn_target_is_refused_beside_its_field():
     with pytest.raises(InputError, match="^tune_for must not need the jerk of the target: nobody knows it"):
-        tune_content.begin({"query": "scenario=singer&order=3&xi=0.6&tune_for=noise_lag", "theme": "light"})
+        tune_content.begin(
+            StudyQuestion(seq=1, query="scenario=singer&order=3&xi=0.6&tune_for=noise_lag", theme="light")
+        )
 
 
 # Compare ------------------------------------------------------------------------------------------------------------
@@ -266,7 +268,7 @@ def test_one_recording_is_not_compared_over_seeds(name, files):
     assert not rest["fields"]["figure"]
     assert "seed" not in rest["texts"]["data"]
     with pytest.raises(InputError, match="^runs must not be asked for of a recording") as caught:
-        compare_study.begin({"query": rest["link"], "theme": "light"})
+        compare_study.begin(StudyQuestion(seq=1, query=rest["link"]))
     # Where its message stands is hidden with the rest of the study.
     assert caught.value.field == "runs"
     _, rest = ask(COMPARE, "")
@@ -325,9 +327,9 @@ def test_refused_innovations_are_no_errors(files):
 @pytest.mark.parametrize("name", NAMES)
 def test_a_slider_moves_on_a_recording(name, desk, files):
     controls = beginning(desk, {"data": files[name], "order": "2", "xi": "0.6"})["controls"]
-    request = {"seq": 1, "controls": controls, "changed": [], "want": list(desk.plots), "theme": "light"}
-    _, rest = answer(desk, request)
-    moved = {**request, "seq": 2, "controls": controls | {"xi": 0.7}, "changed": ["xi"], "drawn": rest["drawn"]}
+    question = Question(seq=1, controls=controls, want=list(desk.plots))
+    _, rest = answer(desk, question)
+    moved = structs.replace(question, controls=controls | {"xi": 0.7}, changed=["xi"], drawn=rest["drawn"])
     live, arrays = live_answer(desk, moved)
     assert live["ok"], live["errors"]
     assert set(live["lines"]) == set(desk.plots)

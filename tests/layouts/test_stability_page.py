@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from dash import no_update
+from msgspec import ValidationError
 
 from layouts.controls import resolve
 from layouts.desk import answer, live_answer
@@ -291,9 +292,11 @@ def test_a_scene_is_shown_what_the_page_shows_and_only_to_who_knows_its_secret(c
     desk = replace(DESK, scene=lambda shown: seen.append((shown.scene, picture(shown).gains)))
     token = "0123456789abcdef" * 2
     controls = controls_for(View(), **manual(STABLE[3]))
-    for scene in ("", None, "x", token + "0", token[:-1] + "/", "../" + token[:29]):
-        ask_for(desk, request_for(controls, scene=scene))
+    ask_for(desk, request_for(controls, scene=""))
     assert seen == []
+    for scene in ("x", token + "0", token[:-1] + "/", "../" + token[:29], token + "\n"):
+        with pytest.raises(ValidationError, match=r"scene"):
+            request_for(controls, scene=scene)
     ask_for(desk, request_for(controls, {"alpha": "abc"}, scene=token))
     assert seen == []
     ask_for(desk, request_for(controls, {"alpha": 0.65}, scene=token))

@@ -17,6 +17,7 @@ from layouts.pages.tune.rivals import HEAD
 from layouts.pages.tune.studies import study_of
 from layouts.pages.tune.view import layout
 from layouts.pages.tune.words import cost_text, found_text, gain_text, number, runs_text
+from layouts.questions import StudyQuestion
 from layouts.state import Settings, View, from_query, to_query
 from layouts.text import significant
 from layouts.tuning import TUNING_FIELDS, Tuning, fields_in_use, own_parameter
@@ -37,7 +38,7 @@ def settings_of(query):
 
 def played(query):
     """A study to its end, and what the page shows of it."""
-    study, content = begin({"query": query, "theme": "dark"})
+    study, content = begin(StudyQuestion(seq=1, query=query, theme="dark"))
     *_, last = study.stream()
     return study, last.outcome, content(last)
 
@@ -282,7 +283,7 @@ def test_what_is_offered_is_the_best_filter(query):
     np.testing.assert_allclose(gains.vector, expected.vector, rtol=1e-4)
     assert is_stable(gains)
     # It is the present filter then, and nothing is better.
-    again, content = begin({"query": to_query(got.settings), "theme": "light"})
+    again, content = begin(StudyQuestion(seq=1, query=to_query(got.settings)))
     *_, last = again.stream()
     said = content(last)["texts"]["best"]
     assert "the same as with the present gains" in said or "is shown to be better than the present filter" in said
@@ -376,7 +377,7 @@ def test_runs_in_words():
 
 
 def test_part_of_a_study_is_not_compared_with_the_present():
-    study, content = begin({"query": "samples=60&tune_runs=4000&points=31", "theme": "light"})
+    study, content = begin(StudyQuestion(seq=1, query="samples=60&tune_runs=4000&points=31"))
     first = next(study.stream())
     assert first.done < first.of
     texts = content(first)["texts"]
@@ -391,12 +392,6 @@ def test_where_nothing_is_left_to_chance_one_run_is_enough():
     assert outcome.runs == 1
     assert shown["texts"]["runs"] == "1 run"
     assert "95 %" not in shown["texts"]["best"]
-
-
-def test_a_theme_that_is_none_is_the_first():
-    study, content = begin({"query": SHORT, "theme": "<b>"})
-    *_, last = study.stream()
-    assert content(last)["figures"][PLOT]["layout"]["meta"]["theme"] == "light"
 
 
 # The page's own answers --------------------------------------------------------------------------------------------
@@ -504,7 +499,9 @@ def test_the_present_filter_is_compared_in_the_fresh_runs(searched):
 
 def test_a_search_begins_without_gains(searched):
     study, outcome, _ = searched
-    _, content = begin({"query": "samples=60&tune_runs=6&tune=search&budget=2000&order=2&seed=3", "theme": "light"})
+    _, content = begin(
+        StudyQuestion(seq=1, query="samples=60&tune_runs=6&tune=search&budget=2000&order=2&seed=3", theme="light")
+    )
     begun = replace(outcome, gains=None, score=np.inf, history=(), rivals=(), fresh=None, tried=0)
     shown = content(Progress(0, study.steps, begun))
     assert (shown["texts"]["best"], shown["rows"], shown["offers"]) == (

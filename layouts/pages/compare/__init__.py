@@ -19,5 +19,5 @@ __all__ = ["NAME", "PATH", "TITLE", "layout", "register"]
 
 def register(app: Dash, services: Services) -> None:
     """Attach the page's callbacks, and the socket of its study."""
-    desk.register(app, DESK)
+    desk.register(app, DESK, services)
     services.studies.attach(app.server, f"{PATH}/study", begin)

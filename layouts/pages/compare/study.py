@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from math import floor, isnan, log10
 from typing import Any
@@ -11,9 +11,9 @@ from urllib.parse import parse_qsl
 from layouts.comparing import PRESENT
 from layouts.figures.forest import Entry, forest_figure
 from layouts.pinned import Candidate, candidates, reference_of
+from layouts.questions import StudyQuestion
 from layouts.state import Settings, from_query
 from layouts.text import metric_text, significant
-from layouts.theme import THEMES
 from tracker_core import METRICS
 from tracker_core.metrics import Metric
 from tracker_core.statistics import Interval
@@ -21,18 +21,17 @@ from tracker_core.tuning import Comparison, MonteCarlo, Progress
 from tracker_core.tuning.monte_carlo import FIGURES, Difference
 
 
-def begin(question: Mapping[str, Any]) -> tuple[MonteCarlo, partial[dict[str, Any]]]:
+def begin(question: StudyQuestion) -> tuple[MonteCarlo, partial[dict[str, Any]]]:
     """The study that a link asks for, and what the page shows of it.
 
     Raises:
         InputError: for what cannot be run.
     """
-    settings, _ = from_query(dict(parse_qsl(str(question["query"] or ""))))
+    settings, _ = from_query(dict(parse_qsl(question.query)))
     filters = [candidate for candidate in candidates(settings) if candidate.experiment is not None]
     experiments = tuple(candidate.experiment for candidate in filters if candidate.experiment is not None)
-    theme = question.get("theme")
     study = MonteCarlo(experiments, settings.view.comparing.runs)
-    return study, partial(content, settings, filters, theme if theme in THEMES else THEMES[0])
+    return study, partial(content, settings, filters, question.theme)
 
 
 def content(settings: Settings, filters: list[Candidate], theme: str, progress: Progress[Comparison]) -> dict[str, Any]:

@@ -19,5 +19,5 @@ __all__ = ["NAME", "PATH", "TITLE", "layout", "register"]
 
 def register(app: Dash, services: Services) -> None:
     """Attach the page's callbacks and its suggestion."""
-    desk.register(app, DESK)
+    desk.register(app, DESK, services)
     services.studies.attach(app.server, f"/{DESK.page}/study", begin)

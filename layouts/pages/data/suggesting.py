@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 from urllib.parse import parse_qsl
 
+from layouts.questions import StudyQuestion
 from layouts.state import Settings, from_query
 from layouts.studies import Content
 from layouts.text import significant
@@ -42,13 +43,13 @@ class Suggesting:
         yield Progress(1, 1, suggest(measurements, interval=interval, axes=axes))
 
 
-def begin(question: Mapping[str, Any]) -> tuple[Suggesting, Content]:
+def begin(question: StudyQuestion) -> tuple[Suggesting, Content]:
     """From the page's question to its study, and what the page shows of that.
 
     Raises:
         InputError: where there is no recording.
     """
-    settings, _ = from_query(dict(parse_qsl(str(question["query"]))))
+    settings, _ = from_query(dict(parse_qsl(question.query)))
     experiment = settings.experiment
     if not experiment.target.measured:
         raise InputError("study", "needs a recording", experiment.scenario)

@@ -16,6 +16,6 @@ TITLE = "Gainscope: drag the gains, watch the filter track"
 __all__ = ["NAME", "PATH", "TITLE", "layout", "register"]
 
 
-def register(app: Dash, services: Services) -> None:  # noqa: ARG001
+def register(app: Dash, services: Services) -> None:
     """Attach the page's callbacks."""
-    desk.register(app, DESK)
+    desk.register(app, DESK, services)

@@ -15,6 +15,6 @@ TITLE = "Gainscope: the papers, run live"
 __all__ = ["NAME", "PATH", "TITLE", "layout", "register"]
 
 
-def register(app: Dash, services: Services) -> None:  # noqa: ARG001 - every page is registered alike
+def register(app: Dash, services: Services) -> None:
     """Attach the page's callbacks and the tables as files."""
-    answers.register(app)
+    answers.register(app, services.work)

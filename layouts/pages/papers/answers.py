@@ -6,11 +6,9 @@ plots, in many times the time.
 
 from __future__ import annotations
 
-import asyncio
 import csv
 import io
-from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping
 from functools import lru_cache
 from time import perf_counter
 from typing import Any
@@ -18,12 +16,14 @@ from typing import Any
 import orjson
 from dash import ClientsideFunction, Dash, Input, Output
 from fastapi import FastAPI, Request
-from fastapi.responses import PlainTextResponse, Response
+from fastapi.responses import Response
 
 from layouts.figures.common import Figure
 from layouts.figures.papers import chart_figure, illustration_figure
 from layouts.pages.papers.tables import cell_content, reasons
 from layouts.theme import THEMES
+from server.problem import problem
+from server.work import NoAnswerError, Work
 from tracker_core import InputError
 from tracker_core.checks import check_choice
 from tracker_core.papers import NAMES, SEEDS, Outcome, Paper, Table, papers, prepare, prove, reproduce
@@ -43,38 +43,38 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def register(app: Dash) -> None:
+def register(app: Dash, work: Work) -> None:
     """Attach the page's beginning, and the addresses of its parts."""
     app.clientside_callback(
         ClientsideFunction("papers", "begin"), Output("papers-begun", "data"), Input("papers-beginning", "data")
     )
-    _add_routes(app.server)
+    _add_routes(app.server, work)
 
 
-def _add_routes(server: FastAPI) -> None:
+def _add_routes(server: FastAPI, work: Work) -> None:
     # Other pages and other users must not starve beside what is computed here.
-    few = ThreadPoolExecutor(WORKERS, thread_name_prefix="papers")
+    few = work.beside("papers", WORKERS)
     # A file comes in one piece, and a thousand runs take a minute: one after the other.
-    one_file = asyncio.Semaphore(1)
-
-    async def in_turn(work: Callable[..., Any], *arguments: Any) -> Any:
-        return await asyncio.get_running_loop().run_in_executor(few, work, *arguments)
+    one = work.beside("tables", 1)
 
     @server.get("/papers/{paper}/{part}.json")
     async def part(paper: str, part: str, request: Request) -> Response:
         try:
-            found = await in_turn(answer, paper, part, request.query_params)
+            found = await few.run(answer, paper, part, request.query_params)
         except InputError as error:
-            return Response(orjson.dumps({"error": str(error)}), _status(error), media_type="application/json")
+            return problem(error, _status(error))
+        except NoAnswerError as error:
+            return error.response()
         return Response(orjson.dumps(found), media_type="application/json")
 
     @server.get("/papers/{paper}/{table}.csv")
     async def table(paper: str, table: str, request: Request) -> Response:
         try:
-            async with one_file:
-                text = await asyncio.to_thread(table_csv, paper, table, request.query_params.get("seeds"))
+            text = await one.run(table_csv, paper, table, request.query_params.get("seeds"))
         except InputError as error:
-            return PlainTextResponse(f"{error}\n", _status(error))
+            return problem(error, _status(error))
+        except NoAnswerError as error:
+            return error.response()
         headers = {"Content-Disposition": f'attachment; filename="{paper}-{table}.csv"'}
         return Response(text, media_type="text/csv; charset=utf-8", headers=headers)
 

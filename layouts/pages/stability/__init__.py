@@ -20,4 +20,5 @@ __all__ = ["NAME", "PATH", "TITLE", "layout", "register"]
 
 def register(app: Dash, services: Services) -> None:
     """Attach the page's callbacks."""
-    desk.register(app, replace(DESK, scene=lambda shown: services.scenes.show(shown.scene, picture(shown))))
+    show = replace(DESK, scene=lambda shown: services.scenes.show(shown.scene, picture(shown)))
+    desk.register(app, show, services)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import partial
 from math import isfinite
 from typing import Any
@@ -16,9 +15,9 @@ from layouts.pages.tune import words
 from layouts.pages.tune.present import present_scores, present_value
 from layouts.pages.tune.rivals import DIGITS, gains_controls, rival_rows
 from layouts.pages.tune.studies import Study, study_of
+from layouts.questions import StudyQuestion
 from layouts.state import Settings, from_query
 from layouts.studies import Content
-from layouts.theme import THEMES
 from tracker_core import Experiment
 from tracker_core.experiment import PARAMETERS
 from tracker_core.tuning import Map, MapOutcome, Optimum, Progress, Search, SearchOutcome, Sweep, SweepOutcome
@@ -35,16 +34,15 @@ Said = tuple[dict[str, str], dict[str, Any] | None]
 """Texts by name, and the controls of the best filter."""
 
 
-def begin(question: Mapping[str, Any]) -> tuple[Study, Content]:
+def begin(question: StudyQuestion) -> tuple[Study, Content]:
     """From the page's question to its study, and what the page shows of that.
 
     Raises:
         InputError: naming the control, for what cannot be studied.
     """
-    settings, _ = from_query(dict(parse_qsl(str(question["query"]))))
-    theme = str(question.get("theme"))
+    settings, _ = from_query(dict(parse_qsl(question.query)))
     study = study_of(settings)
-    return study, partial(content, study, settings, theme if theme in THEMES else THEMES[0])
+    return study, partial(content, study, settings, question.theme)
 
 
 def content(study: Study, settings: Settings, theme: str, progress: Progress[Any]) -> dict[str, Any]:
