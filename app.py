@@ -26,7 +26,7 @@ from dash import Dash, register_page
 from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 
-from layouts import shell, takeaway
+from layouts import shell, takeaway, uploads
 from layouts.files import Store
 from layouts.incoming import MEGABYTE
 from layouts.pages import compare, data, explore, papers, stability, track, tune
@@ -34,6 +34,8 @@ from layouts.scenes import Scenes
 from layouts.services import Services
 from layouts.studies import Studies
 from layouts.uploads import MOST_BYTES, Uploads
+from server import guard, metrics
+from server.settings import Settings
 from tracker_core import DESIGNS, Experiment, run_experiment
 from tracker_core.batch import errors_of_runs
 from tracker_core.checks import Domain, InputError
@@ -65,6 +67,7 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
     """
     server = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     _add_health(server)
+    metrics.attach(server)
     Uploads(store, most_bytes=upload_bytes).attach(server)
     takeaway.attach(server)
     if store is not None:
@@ -89,6 +92,7 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
         page.register(app, services)
     app.layout = shell.frame
     _finish(app)
+    guard.attach(server, Settings(), own_bounds={uploads.WAY_IN})
     return app
 
 

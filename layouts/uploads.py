@@ -17,11 +17,13 @@ from starlette.requests import ClientDisconnect
 from layouts.files import NoRoomError, Store
 from layouts.incoming import MEGABYTE, Incoming, too_large
 from layouts.text import error_text
-from server.origin import same_origin
 from server.problem import problem
 from tracker_core.checks import InputError, check_choice
 from tracker_core.measured import SHELF, File, clean_name, fetch, proposed
 from tracker_core.recordings import look
+
+WAY_IN = ("PUT", "/recordings")
+"""Method and path of what bounds what it is sent, here and nowhere else."""
 
 MOST_BYTES = 10 * MEGABYTE
 
@@ -66,7 +68,7 @@ class Uploads:
 
         `PUT /recordings?name=...&keep=store|browser` takes the bytes of a file and answers `{data, name, bytes, kept}`;
         `GET /recordings` says what is kept and how much; `GET /recordings/{data}` gives a file back as it came.
-        What is refused is answered with `{field, rule, received, message}`.
+        What is refused is answered as `problem` has it.
         """
 
         @server.get("/recordings")
@@ -92,9 +94,6 @@ class Uploads:
             return Response(file.content, headers=attachment(file.name), media_type="application/octet-stream")
 
     async def _put(self, request: Request, name: str, keep: str) -> Response:
-        origin = request.headers.get("origin")
-        if origin is not None and not same_origin(origin, request.headers.get("host")):
-            return refusal(InputError("origin", "must be this server", origin), 403)
         if self._coming >= AT_ONCE:
             return refusal(InputError("file", f"must wait: {AT_ONCE} files are on their way in", name), 503)
         self._coming += 1

@@ -174,7 +174,7 @@ def test_the_largest_honest_question_is_well_below_the_limit(question):
 
 
 def test_a_connection_without_a_question_ends_quietly(talk):
-    assert talk() == [{"type": "websocket.accept", "subprotocol": None, "headers": []}]
+    assert kinds(talk()) == ["websocket.accept"]
 
 
 def test_there_is_no_other_socket(talk, question):

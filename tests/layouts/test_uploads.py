@@ -200,14 +200,6 @@ def test_a_disk_that_fails_says_so(ask, store, monkeypatch):
     assert inside(store) == []
 
 
-@pytest.mark.parametrize(
-    ("origin", "status"), [(None, 200), (f"http://{HOST}", 200), ("http://elsewhere.test", 403), ("null", 403)]
-)
-def test_other_sites_cannot_send(ask, store, origin, status):
-    headers = {} if origin is None else {"origin": origin}
-    assert put(ask, server_for(store), headers=headers).status_code == status
-
-
 @pytest.mark.parametrize("data", ["0" * 32, "nonsense", "..", "%2e%2e%2fetc", "<b>"])
 def test_what_is_not_there_is_said_to_be_missing(ask, store, data):
     answer = ask(server_for(store), "GET", f"/recordings/{data}")

@@ -1,0 +1,165 @@
+"""One request and its answer, as their parts pass."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+
+from fastapi.responses import JSONResponse
+from starlette.types import Message, Receive, Scope, Send
+
+from server.headers import Headers
+from server.metrics import REFUSALS
+from server.problem import problem
+from server.screen import Refusal
+from tracker_core.checks import InputError
+
+BODY_SECONDS = 30.0
+"""For which a body may be on its way."""
+
+DRAINED = 8
+"""So many times the bound is still read of what is too much, so that who sends it hears why it is refused."""
+
+DRAIN_SECONDS = 2.0
+
+GONE: Message = {"type": "http.disconnect"}
+
+
+class Exchange:
+    """One request and its answer. Nothing is kept of either: what comes passes at once.
+
+    What is too much or too slow of a body is refused here, as it comes. The application is told that the client has
+    gone and whatever it says then is dropped: an exception might be answered by somebody in between, as Dash does.
+
+    Args:
+        scope: of the request.
+        receive, send: to and from the network.
+        headers: that answers get.
+        request: its number.
+
+    Attributes:
+        scope: of the request, as the application is to see it: HEAD is GET whose body is not sent.
+        method: of the request, as it came.
+        status: of the answer; 0 before there is one.
+        size: bytes of the answer's body.
+        began: when the answer began, in seconds of `time.perf_counter`; 0 before.
+        refused: whether it was refused here.
+        gone: whether the client left before its request was there in full.
+    """
+
+    __slots__ = (
+        "_bound", "_deadline", "_head", "_headers", "_incomplete", "_number", "_over", "_receive", "_seconds", "_send",
+        "_taken", "began", "gone", "method", "refused", "scope", "size", "status",
+    )  # fmt: skip
+
+    def __init__(self, scope: Scope, receive: Receive, send: Send, headers: Headers, request: str) -> None:
+        self.method = scope["method"]
+        self._head = self.method == "HEAD"
+        self.scope = {**scope, "method": "GET"} if self._head else scope
+        self._receive, self._send, self._headers, self._number = receive, send, headers, request.encode()
+        self._bound, self._seconds, self._deadline, self._taken, self._incomplete = 0, 0.0, 0.0, 0, False
+        self.status, self.size, self.began = 0, 0, 0.0
+        self.refused = self.gone = self._over = False
+
+    def bound(self, most: int, seconds: float = BODY_SECONDS) -> None:
+        """Bound the body that is coming.
+
+        Args:
+            most: bytes of it.
+            seconds: from now on, for which it may be on its way.
+        """
+        self._bound, self._seconds, self._incomplete = most, seconds, True
+        self._deadline = asyncio.get_running_loop().time() + seconds
+
+    async def receive(self) -> Message:
+        """The next part of the request."""
+        if not self._incomplete:
+            return await self._receive()
+        try:
+            async with asyncio.timeout_at(self._deadline):
+                message = await self._receive()
+        except TimeoutError:
+            error = InputError("body", f"must come in full within {self._seconds:g} s", f"{self._taken} bytes")
+            await self.refuse(Refusal("slow", error, 408))
+            return GONE
+        if message["type"] != "http.request":
+            self.gone = True
+            return message
+        self._taken += len(message.get("body", b""))
+        if self._taken > self._bound:
+            await self.refuse(too_large(self._bound, self._taken))
+            return GONE
+        self._incomplete = message.get("more_body", False)
+        return message
+
+    async def send(self, message: Message) -> None:
+        """Pass on what the application says."""
+        if not self._over:
+            await self._pass(message)
+
+    async def refuse(self, refusal: Refusal) -> None:
+        """Answer in place of the application, if nothing was answered yet; whatever it says then does not count."""
+        REFUSALS.labels(refusal.reason).inc()
+        self.refused = True
+        closing = {"Connection": "close"} if refusal.status in (408, 413) else {}
+        response = problem(refusal.error, refusal.status, headers={**closing, **refusal.headers})
+        await self.answer(response, drain=refusal.status == 413)
+
+    async def answer(self, response: JSONResponse, *, drain: bool = False) -> None:
+        """Send an answer in place of the application's, if it has not begun one: one that has ends with the connection.
+
+        Args:
+            response: the answer.
+            drain: whether to read on for a while before the connection is closed: who is still sending would not
+                hear of it otherwise.
+        """
+        if self._over:
+            return
+        self._over = True
+        if self.status:
+            return
+        headers = response.raw_headers
+        await self._pass({"type": "http.response.start", "status": response.status_code, "headers": headers})
+        await self._pass({"type": "http.response.body", "body": response.body, "more_body": True})
+        if drain:
+            await self._drain()
+        await self._pass({"type": "http.response.body", "body": b"", "more_body": False})
+
+    async def _pass(self, message: Message) -> None:
+        kind = message["type"]
+        if kind == "http.response.start":
+            self.status, self.began = message["status"], time.perf_counter()
+            headers = self._headers.complete(self.status, message.get("headers", ()), self._number)
+            await self._send({**message, "headers": headers})
+            if self._head:
+                self._over = True
+                await self._send({"type": "http.response.body", "body": b"", "more_body": False})
+            return
+        if self._head:
+            return
+        if kind == "http.response.body":
+            self.size += len(message.get("body", b""))
+        await self._send(message)
+
+    async def _drain(self) -> None:
+        left = DRAINED * self._bound
+        try:
+            async with asyncio.timeout(DRAIN_SECONDS):
+                while left > 0:
+                    message = await self._receive()
+                    left -= len(message.get("body", b""))
+                    if not message.get("more_body", False):
+                        return
+        except TimeoutError:
+            return
+
+
+def too_large(most: int, received: int) -> Refusal:
+    """Why a body is refused that is too large.
+
+    Args:
+        most: bytes that it may have.
+        received: bytes that it has, or has had so far.
+    """
+    error = InputError("body", f"must have at most {most / 1024:g} kB", f"{received / 1024:.0f} kB")
+    return Refusal("body", error, 413)

@@ -1,0 +1,175 @@
+"""What every request and every socket passes first, whatever it is for: numbers, limits, headers, errors, figures."""
+
+from __future__ import annotations
+
+import re
+import secrets
+import time
+from collections.abc import Collection
+from typing import Any, cast
+
+from fastapi import FastAPI
+from starlette.requests import ClientDisconnect
+from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.websockets import WebSocketDisconnect
+from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
+
+from server import errors, metrics
+from server.access import Access
+from server.channel import Channel
+from server.clients import Client, client_at
+from server.exchange import Exchange, too_large
+from server.headers import Headers
+from server.limits import Places
+from server.problem import REQUEST
+from server.routes import template
+from server.screen import TRY_LATER, Refusal, Screen
+from server.settings import Settings
+from tracker_core.checks import InputError
+
+QUIET = frozenset(("/livez", "/readyz", metrics.PATH))
+"""Asked for by machines, again and again: not limited, and not worth a line in the log."""
+
+NUMBER = re.compile(rb"[A-Za-z0-9-]{1,64}")
+"""What a proxy may call a request."""
+
+LATER = {"Retry-After": "5"}
+
+
+class Guard:
+    """An application behind its limits; the outermost of all.
+
+    Args:
+        app: what is guarded.
+        settings: `proxies`, `frames`, `body_kb`, `requests_per_second`, `requests_at_once`, `sockets` and
+            `sockets_per_client` of them.
+        policy: content security policy of pages that have none of their own.
+        own_bounds: methods and paths of what bounds its bodies itself.
+    """
+
+    def __init__(
+        self, app: ASGIApp, settings: Settings, policy: str = "", own_bounds: Collection[tuple[str, str]] = ()
+    ) -> None:
+        self._app = app
+        self._headers = Headers(policy, settings.frames)
+        self._most = int(settings.body_kb * 1024)
+        self._own_bounds = frozenset(own_bounds)
+        self._screen = Screen(settings.requests_per_second, settings.requests_at_once)
+        self._places = Places(settings.sockets, settings.sockets_per_client)
+        self._access = Access()
+        # It puts the client that a proxy names in the place of the proxy. uvicorn is not told of proxies: here it has
+        # to be known as well whether one was asked, and whether it is trusted.
+        self._behind = ProxyHeadersMiddleware(cast(Any, self._known), settings.proxies or [])
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve, and never raise."""
+        if scope["type"] == "lifespan":
+            async with metrics.lateness():
+                await self._app(scope, receive, send)
+            return
+        headers = dict(scope["headers"])
+        peer = scope.get("client")
+        number = headers.get(b"x-request-id", b"")
+        if not (peer and peer[0] in self._behind.trusted_hosts and NUMBER.fullmatch(number)):
+            number = secrets.token_hex(8).encode()
+        state = scope.setdefault("state", {})
+        state["request"], state["headers"] = number.decode(), headers
+        await self._behind(cast(Any, scope), cast(Any, receive), cast(Any, send))
+
+    async def _known(self, scope: Scope, receive: Receive, send: Send) -> None:
+        headers: dict[bytes, bytes] = scope["state"].pop("headers")
+        request: str = scope["state"]["request"]
+        address = scope.get("client")
+        client = client_at(address[0] if address else "")
+        token = REQUEST.set(request)
+        try:
+            if scope["type"] == "http":
+                await self._request(Exchange(scope, receive, send, self._headers, request), headers, client)
+            else:
+                await self._socket(Channel(scope, receive, send, self._headers, request), headers, client)
+        finally:
+            REQUEST.reset(token)
+
+    # Requests --------------------------------------------------------------------------------------------------------
+
+    async def _request(self, exchange: Exchange, headers: dict[bytes, bytes], client: Client) -> None:
+        begun = time.perf_counter()
+        scope = exchange.scope
+        is_quiet = scope["path"] in QUIET
+        try:
+            refusal = self._screen.refusal(scope, headers, client.key, is_limited=not is_quiet)
+            if refusal is None:
+                refusal = self._bound(exchange, headers)
+            if refusal is None:
+                await self._answered(exchange)
+            else:
+                await exchange.refuse(refusal)
+        finally:
+            self._access.request(exchange, client, begun, is_quiet=is_quiet)
+
+    def _bound(self, exchange: Exchange, headers: dict[bytes, bytes]) -> Refusal | None:
+        """Bound a body that is coming; refuse one that says itself that it is too large."""
+        scope = exchange.scope
+        declared = headers.get(b"content-length")
+        # Of HTTP/1, a request without either header has no body.
+        none_comes = declared in (None, b"0") and b"transfer-encoding" not in headers
+        if (none_comes and scope["http_version"].startswith("1")) or (
+            (scope["method"], scope["path"]) in self._own_bounds
+        ):
+            return None
+        exchange.bound(self._most)
+        if declared is not None and declared.isdigit() and int(declared) > self._most:
+            return too_large(self._most, int(declared))
+        return None
+
+    async def _answered(self, exchange: Exchange) -> None:
+        failure: Exception | None = None
+        try:
+            await self._app(exchange.scope, exchange.receive, exchange.send)
+        except Exception as error:  # noqa: BLE001 - whatever it is, it is logged and answered
+            failure = error
+        failure = failure or errors.kept(exchange.scope)
+        # What follows from a refusal, or from a request that broke off, is nobody's mistake.
+        if failure is None or isinstance(failure, ClientDisconnect) or exchange.refused or exchange.gone:
+            return
+        errors.log(failure, exchange.scope, template(exchange.scope))
+        await exchange.answer(errors.unanswered())
+
+    # Sockets ---------------------------------------------------------------------------------------------------------
+
+    async def _socket(self, channel: Channel, headers: dict[bytes, bytes], client: Client) -> None:
+        begun = time.perf_counter()
+        scope = channel.scope
+        try:
+            refusal = self._screen.refusal(scope, headers, client.key)
+            if refusal is not None:
+                await channel.refuse(refusal)
+            elif self._places.enter(client.key):
+                try:
+                    await self._served(channel)
+                finally:
+                    self._places.leave(client.key)
+                    channel.end()
+            else:
+                error = InputError("socket", "must wait: as many as may be are open", "one more")
+                await channel.refuse(Refusal("sockets", error, 503, LATER, TRY_LATER))
+        finally:
+            self._access.socket(channel, client, begun)
+
+    async def _served(self, channel: Channel) -> None:
+        failure: Exception | None = None
+        try:
+            await self._app(channel.scope, channel.receive, channel.send)
+        except Exception as error:  # noqa: BLE001 - whatever it is, it is logged and ends the socket
+            failure = error
+        failure = failure or errors.kept(channel.scope)
+        if failure is None or isinstance(failure, WebSocketDisconnect):
+            return
+        errors.log(failure, channel.scope, template(channel.scope))
+        await channel.fail(errors.unanswered())
+
+
+def attach(server: FastAPI, settings: Settings, policy: str = "", own_bounds: Collection[tuple[str, str]] = ()) -> None:
+    """Put an application behind a guard, see `Guard`; after everything else that comes between, before it serves."""
+    errors.attach(server)
+    server.add_middleware(Guard, settings=settings, policy=policy, own_bounds=own_bounds)

@@ -1,0 +1,139 @@
+"""Figures of the server's own work, for Prometheus.
+
+Labels take few values: a route is its template, never an address that somebody thought of.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import hmac
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractContextManager
+
+from fastapi import FastAPI, Request, Response
+from prometheus_client import (
+    CONTENT_TYPE_LATEST,
+    CollectorRegistry,
+    Counter,
+    Gauge,
+    GCCollector,
+    Histogram,
+    ProcessCollector,
+    generate_latest,
+)
+from starlette.exceptions import HTTPException
+
+from server.clients import client_at, is_forwarded
+
+PATH = "/metrics"
+
+REGISTRY = CollectorRegistry()
+"""Of this process, whose memory, descriptors and processor time are in it as well."""
+
+ProcessCollector(registry=REGISTRY)
+GCCollector(registry=REGISTRY)
+
+_ANSWERS = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5, 10, 30)
+_WORK = (*_ANSWERS, 60, 300, 1800)
+
+REQUESTS = Counter(
+    "gainscope_requests", "Requests that were answered.", ["route", "method", "status"], registry=REGISTRY
+)
+SECONDS = Histogram(
+    "gainscope_request_seconds",
+    "Time from a request's headers to its answer's; a body may take longer to be sent.",
+    ["route"],
+    buckets=_ANSWERS,
+    registry=REGISTRY,
+)
+REFUSALS = Counter(
+    "gainscope_refusals", "What was refused before any page saw it, and why.", ["reason"], registry=REGISTRY
+)
+ERRORS = Counter(
+    "gainscope_errors", "What could not be answered: where, and the type of error.", ["where", "kind"],
+    registry=REGISTRY,
+)  # fmt: skip
+SOCKETS = Gauge("gainscope_sockets", "Sockets that are open.", ["route"], registry=REGISTRY)
+MESSAGES = Counter("gainscope_socket_messages", "Messages that sockets brought.", ["route"], registry=REGISTRY)
+COMPUTING = Histogram(
+    "gainscope_computing_seconds", "Time that computing took.", ["work"], buckets=_WORK, registry=REGISTRY
+)
+LATENESS = Histogram(
+    "gainscope_event_loop_lateness_seconds",
+    "By how much the event loop was late: everybody waits that long.",
+    buckets=_ANSWERS,
+    registry=REGISTRY,
+)
+
+LOOKED_AFTER = 0.25
+"""Seconds between two looks at how late the event loop is."""
+
+_watched: dict[str, Gauge] = {}
+
+
+def computing(work: str) -> AbstractContextManager[object]:
+    """Measure what is computed within: `with computing("run"): ...`; for any thread.
+
+    Args:
+        work: what it is called; one of a few names.
+    """
+    return COMPUTING.labels(work).time()
+
+
+def watch(name: str, meaning: str, read: Callable[[], float]) -> None:
+    """Show a figure that is read when somebody asks, on the event loop: it has to be quick.
+
+    Args:
+        name: `gainscope_...`, with its unit at the end; the last that is watched under a name counts.
+        meaning: in a sentence.
+        read: gives it.
+    """
+    if name not in _watched:
+        _watched[name] = Gauge(name, meaning, registry=REGISTRY)
+    _watched[name].set_function(read)
+
+
+@contextlib.asynccontextmanager
+async def lateness() -> AsyncIterator[None]:
+    """Measure how late the event loop is, for as long as this lasts."""
+
+    async def measure() -> None:
+        while True:
+            due = time.perf_counter() + LOOKED_AFTER
+            await asyncio.sleep(LOOKED_AFTER)
+            LATENESS.observe(max(time.perf_counter() - due, 0.0))
+
+    task = asyncio.create_task(measure(), name="lateness")
+    try:
+        yield
+    finally:
+        task.cancel()
+
+
+def attach(server: FastAPI, token: str = "") -> None:
+    """Serve the figures at `GET /metrics`.
+
+    Args:
+        server: the application.
+        token: that has to come as `Authorization: Bearer ...`. Without one, this machine alone is answered, and only
+            directly: for anybody else, there is no such address.
+    """
+    expected = f"Bearer {token}".encode()
+
+    @server.get(PATH)
+    async def metrics(request: Request) -> Response:
+        if token:
+            said = request.headers.get("authorization", "").encode("latin-1")
+            if not hmac.compare_digest(said, expected):
+                raise HTTPException(401, "must come with the token of these figures", {"WWW-Authenticate": "Bearer"})
+        elif not _is_here(request):
+            raise HTTPException(404)
+        return Response(generate_latest(REGISTRY), media_type=CONTENT_TYPE_LATEST)
+
+
+def _is_here(request: Request) -> bool:
+    """Whether it comes from this machine, and from no proxy on it."""
+    client = request.client
+    return client is not None and client_at(client.host).loopback and not is_forwarded(dict(request.headers.raw))

@@ -1,0 +1,19 @@
+"""By what name a route is counted and logged."""
+
+from __future__ import annotations
+
+from starlette.types import Scope
+
+NONE = "none"
+"""Of what no route was found for, or looked for."""
+
+METHODS = frozenset(("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"))
+
+
+def template(scope: Scope) -> str:
+    """The path of the route that was found, with names in place of what differs."""
+    route = scope.get("route")
+    if route is not None:
+        return getattr(route, "path", NONE)
+    # A folder of files has no route of its own, but routing says where it begins.
+    return scope.get("root_path") or NONE if "endpoint" in scope else NONE
