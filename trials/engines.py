@@ -236,7 +236,7 @@ def _specification(config: Mapping[str, Any], root: str, volume: str, port: int)
     """The container as the runtime specification of the OCI describes it."""
     user, group = map(int, config["User"].split(":"))
     closed = ["nosuid", "nodev", "noexec"]
-    none: dict[str, list[str]] = dict.fromkeys(("bounding", "effective", "inheritable", "permitted", "ambient"), [])
+    sets = ("bounding", "effective", "inheritable", "permitted", "ambient")
     return {
         "ociVersion": "1.0.2",
         "root": {"path": root, "readonly": True},
@@ -247,7 +247,7 @@ def _specification(config: Mapping[str, Any], root: str, volume: str, port: int)
             "env": [*config["Env"], "GAINSCOPE_HOST=127.0.0.1", f"GAINSCOPE_PORT={port}"],
             "args": config["Cmd"],
             "noNewPrivileges": True,
-            "capabilities": none,
+            "capabilities": {name: [] for name in sets},
         },
         "mounts": [
             {"destination": "/proc", "type": "proc", "source": "proc"},
