@@ -74,6 +74,9 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
         look_in(store.fetch)
     services = Services(Scenes(), Studies(executor))
     services.scenes.attach(server)
+    metrics.watch(
+        "gainscope_scenes", "Scenes in three dimensions that are open.", lambda: services.scenes.stats().sessions
+    )
     app = Dash(
         "gainscope",
         server=server,  # type: ignore[arg-type]

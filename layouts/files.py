@@ -140,6 +140,10 @@ class Store:
         self._touch(path, seen.st_mtime)
         return File(name, content)
 
+    def size(self) -> int:
+        """Bytes of all sets together."""
+        return 0 if self.problem else sum(item.size for item in self._kept())
+
     def _path(self, data: str) -> Path:
         return self.directory / f"{data}{SUFFIX}"
 

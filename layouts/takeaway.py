@@ -20,6 +20,7 @@ from starlette.types import Message, Receive, Scope, Send
 from layouts.pipe import STALLED, Pipe, piped
 from layouts.text import file_stem
 from layouts.uploads import attachment, refusal
+from server.metrics import computing, watch
 from tracker_core import Experiment, InputError, Result, run_experiment
 from tracker_core.checks import check_choice
 from tracker_core.experiment import read_experiment
@@ -65,7 +66,8 @@ class Export:
 
     def written(self, experiment: Experiment, link: str, stream: IO[bytes]) -> None:
         """Run an experiment and write it to a stream; the link is what others find it by."""
-        self.write(run_experiment(experiment), stream, link)
+        with computing("export"):
+            self.write(run_experiment(experiment), stream, link)
 
     def named(self, stem: str) -> str:
         """What the file is called."""
@@ -131,6 +133,7 @@ def attach(server: FastAPI) -> None:
     readers = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="links")
     makers = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="exports")
     under_way: set[Request] = set()
+    watch("gainscope_exports", "Exports that were asked for and have not ended.", lambda: len(under_way))
 
     async def give(request: Request, name: str) -> Response:
         if len(under_way) >= MOST_WAITING:

@@ -12,11 +12,13 @@ from urllib.parse import quote
 
 from fastapi import FastAPI, Request, Response
 from fastapi.responses import JSONResponse
+from prometheus_client import Counter
 from starlette.requests import ClientDisconnect
 
 from layouts.files import NoRoomError, Store
 from layouts.incoming import MEGABYTE, Incoming, too_large
 from layouts.text import error_text
+from server.metrics import REGISTRY, computing, watch
 from server.problem import problem
 from tracker_core.checks import InputError, check_choice
 from tracker_core.measured import SHELF, File, clean_name, fetch, proposed
@@ -44,6 +46,8 @@ KEEP = ("store", "browser")
 POSITIONS = ("number", "pair")
 """Kinds of columns that a position may be read from."""
 
+RECEIVED = Counter("gainscope_recordings_received_bytes", "Size of what was taken in.", registry=REGISTRY)
+
 SHOWN = 5
 """Columns that are named where none will do."""
 
@@ -62,6 +66,10 @@ class Uploads:
         self._most = most_bytes
         self._looking = ThreadPoolExecutor(LOOKED_AT, thread_name_prefix="recordings")
         self._coming = 0
+        watch("gainscope_recordings_coming", "Recordings that are on their way in.", lambda: self._coming)
+        kept = self._store
+        if kept is not None:
+            watch("gainscope_recordings_kept_bytes", "Size of all recordings that are kept.", kept.size)
 
     def attach(self, server: FastAPI) -> None:
         """Serve the ways in and out.
@@ -146,8 +154,10 @@ class Uploads:
         except InputError as error:
             return refusal(error, 422)
         kept = "memory" if store is None else "store"
+        RECEIVED.inc(len(file.content))
         return JSONResponse({"data": file.data, "name": file.name, "bytes": len(file.content), "kept": kept})
 
+    @computing("recording")
     def _keep(self, incoming: Incoming, store: Store | None, name: str) -> File:
         """Look at a file that has come, and keep it if it is a table."""
         content = incoming.content()

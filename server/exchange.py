@@ -17,10 +17,8 @@ from tracker_core.checks import InputError
 BODY_SECONDS = 30.0
 """For which a body may be on its way."""
 
-DRAINED = 8
-"""So many times the bound is still read of what is too much, so that who sends it hears why it is refused."""
-
-DRAIN_SECONDS = 2.0
+DRAINED, DRAIN_SECONDS = 32 * 1024 * 1024, 5.0
+"""Bytes that are still read of what is too much, and for how long, so that who sends it hears why it is refused."""
 
 GONE: Message = {"type": "http.disconnect"}
 
@@ -142,7 +140,7 @@ class Exchange:
         await self._send(message)
 
     async def _drain(self) -> None:
-        left = DRAINED * self._bound
+        left = DRAINED
         try:
             async with asyncio.timeout(DRAIN_SECONDS):
                 while left > 0:

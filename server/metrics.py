@@ -8,9 +8,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import hmac
+import logging
+import math
 import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import AbstractContextManager
 
 from fastapi import FastAPI, Request, Response
 from prometheus_client import (
@@ -21,13 +22,18 @@ from prometheus_client import (
     GCCollector,
     Histogram,
     ProcessCollector,
+    disable_created_metrics,
     generate_latest,
 )
+from prometheus_client.context_managers import Timer
 from starlette.exceptions import HTTPException
 
 from server.clients import client_at, is_forwarded
 
 PATH = "/metrics"
+
+# When a figure was first counted is nobody's question, and would take as much room as the figures.
+disable_created_metrics()  # type: ignore[no-untyped-call]
 
 REGISTRY = CollectorRegistry()
 """Of this process, whose memory, descriptors and processor time are in it as well."""
@@ -70,11 +76,13 @@ LATENESS = Histogram(
 LOOKED_AFTER = 0.25
 """Seconds between two looks at how late the event loop is."""
 
+_LOG = logging.getLogger(__name__)
+
 _watched: dict[str, Gauge] = {}
 
 
-def computing(work: str) -> AbstractContextManager[object]:
-    """Measure what is computed within: `with computing("run"): ...`; for any thread.
+def computing(work: str) -> Timer:
+    """Measure what is computed within, in any thread: `with computing("run"): ...`, or `@computing("run")`.
 
     Args:
         work: what it is called; one of a few names.
@@ -83,7 +91,7 @@ def computing(work: str) -> AbstractContextManager[object]:
 
 
 def watch(name: str, meaning: str, read: Callable[[], float]) -> None:
-    """Show a figure that is read when somebody asks, on the event loop: it has to be quick.
+    """Show a figure that is read when somebody asks, on the event loop: it has to be quick. Where it fails it is NaN.
 
     Args:
         name: `gainscope_...`, with its unit at the end; the last that is watched under a name counts.
@@ -92,7 +100,15 @@ def watch(name: str, meaning: str, read: Callable[[], float]) -> None:
     """
     if name not in _watched:
         _watched[name] = Gauge(name, meaning, registry=REGISTRY)
-    _watched[name].set_function(read)
+    _watched[name].set_function(lambda: _read(name, read))
+
+
+def _read(name: str, read: Callable[[], float]) -> float:
+    try:
+        return read()
+    except Exception:  # noqa: BLE001 - the others are wanted most when something is wrong
+        _LOG.exception("%s could not be read", name)
+        return math.nan
 
 
 @contextlib.asynccontextmanager

@@ -1,0 +1,212 @@
+"""What every socket passes: who may open one, how many, how fast it may speak, and what goes wrong in it."""
+
+import asyncio
+import json
+import logging
+from dataclasses import replace
+
+import pytest
+from fastapi import FastAPI, WebSocket, WebSocketDisconnect
+
+from server import channel, guard, metrics
+from server.guard import Guard
+from server.limits import Rate
+from server.settings import Settings
+
+HOST = "gainscope.test:8050"
+SETTINGS = Settings(requests_per_second=1e6, requests_at_once=1_000_000)
+
+
+def made(settings=SETTINGS, sockets=()):
+    server = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+
+    @server.websocket("/echo/{name}")
+    async def echo(websocket: WebSocket):
+        await websocket.accept()
+        sockets and sockets[0].update(open=count("gainscope_sockets", route="/echo/{name}"))
+        async for text in websocket.iter_text():
+            await websocket.send_text(text)
+
+    @server.websocket("/broken")
+    async def broken(websocket: WebSocket):
+        await websocket.accept()
+        raise ZeroDivisionError("a secret")
+
+    @server.websocket("/broken-before")
+    async def broken_before(websocket: WebSocket):
+        raise ZeroDivisionError("a secret")
+
+    @server.websocket("/left")
+    async def left(websocket: WebSocket):
+        raise WebSocketDisconnect
+
+    @server.websocket("/full/{code}")
+    async def full(websocket: WebSocket, code: int):
+        await websocket.close(code)
+
+    guard.attach(server, settings)
+    return server
+
+
+def count(name, **labels):
+    return metrics.REGISTRY.get_sample_value(name, labels) or 0
+
+
+def answered(sent, status, field):
+    """What is said in place of opening a socket."""
+    start, body = sent
+    assert (start["type"], start["status"]) == ("websocket.http.response.start", status)
+    headers = dict(start["headers"])
+    assert headers[b"x-content-type-options"] == b"nosniff"
+    said = json.loads(body["body"])
+    assert said["request"] == headers[b"x-request-id"].decode()
+    assert said["field"] == field
+    return headers
+
+
+@pytest.fixture(scope="module")
+def app():
+    return made()
+
+
+def test_what_is_said_passes_both_ways(app, talk):
+    before = count("gainscope_socket_messages_total", route="/echo/{name}")
+    accepted, *echoed = talk(app, "/echo/a", said=["one", "two"])
+    assert dict(accepted["headers"]).keys() == {b"x-request-id"}
+    assert [message["text"] for message in echoed] == ["one", "two"]
+    assert count("gainscope_socket_messages_total", route="/echo/{name}") == before + 2
+
+
+def test_open_ones_are_counted_by_their_route(talk):
+    seen = {}
+    talk(made(sockets=(seen,)), "/echo/a")
+    assert seen["open"] == 1
+    assert count("gainscope_sockets", route="/echo/{name}") == 0
+
+
+@pytest.mark.parametrize("origin", [None, "", "null", "http://elsewhere.test", "http://gainscope.test"])
+def test_a_page_of_another_server_opens_none(app, talk, origin):
+    for path in ("/echo/a", "/nowhere", "/broken-before"):
+        answered(talk(app, path, headers={"origin": origin}), 403, "origin")
+
+
+def test_who_can_be_told_nothing_is_told_by_a_code(app, talk):
+    sent = talk(app, "/echo/a", headers={"origin": "null"}, extensions=None)
+    assert sent == [{"type": "websocket.close", "code": 1008}]
+    full = talk(made(replace(SETTINGS, sockets=0)), "/echo/a", extensions=None)
+    assert full == [{"type": "websocket.close", "code": 1013}]
+
+
+def test_a_route_that_opens_none_is_an_answer_like_any_other(app, talk):
+    answered(talk(app, "/nowhere"), 403, "socket")
+    answered(talk(app, "/full/1008"), 403, "socket")
+    assert answered(talk(app, "/full/1013"), 503, "socket")[b"retry-after"] == b"5"
+
+
+def test_an_error_ends_a_socket_and_is_in_the_log_alone(app, talk, caplog):
+    assert talk(app, "/broken")[1:] == [{"type": "websocket.close", "code": 1011}]
+    answered(talk(app, "/broken-before"), 500, "server")
+    logged = [record for record in caplog.records if record.name == "server.errors"]
+    assert [record.exc_info[0] for record in logged] == [ZeroDivisionError, ZeroDivisionError]
+    assert talk(app, "/left") == []
+    assert [record for record in caplog.records if record.levelno >= logging.WARNING] == logged
+
+
+def test_a_rate_limit_counts_sockets_as_well(talk):
+    app = made(replace(SETTINGS, requests_per_second=0.1, requests_at_once=2))
+    assert [talk(app, "/echo/a")[0]["type"] for _ in range(2)] == ["websocket.accept"] * 2
+    assert answered(talk(app, "/echo/a"), 429, "requests")[b"retry-after"] == b"10"
+
+
+# Many at a time ------------------------------------------------------------------------------------------------------
+
+
+def scope(client):
+    return {
+        "type": "websocket", "path": "/", "raw_path": b"/", "query_string": b"", "subprotocols": [],
+        "headers": [(b"host", HOST.encode()), (b"origin", f"http://{HOST}".encode())], "client": (client, 1),
+    }  # fmt: skip
+
+
+async def waiting(scope, receive, send):
+    await send({"type": "websocket.accept"})
+    await receive()
+    if scope["client"][0] == "192.0.2.3":
+        raise ZeroDivisionError
+
+
+def test_sockets_have_a_number_in_all_and_for_each_client():
+    async def play():
+        guarded = Guard(waiting, replace(SETTINGS, sockets=4, sockets_per_client=2))
+        outcomes, ends = [], []
+
+        def opened(client):
+            end, sent = asyncio.Event(), []
+            ends.append(end)
+
+            async def receive():
+                await end.wait()
+                return {"type": "websocket.disconnect"}
+
+            async def send(message):
+                sent.append(message["type"])
+
+            outcomes.append(sent)
+            return asyncio.create_task(guarded(scope(client), receive, send))
+
+        clients = ["192.0.2.1"] * 3 + ["192.0.2.2", "192.0.2.3", "192.0.2.4"]
+        tasks = [opened(client) for client in clients]
+        for _ in range(5):
+            await asyncio.sleep(0)
+        first = [sent[0] for sent in outcomes]
+        for end in ends:
+            end.set()
+        await asyncio.gather(*tasks)
+        # Every place is free again, that of the one that failed as well.
+        tasks = [opened(client) for client in ("192.0.2.1", "192.0.2.2", "192.0.2.3", "192.0.2.4")]
+        ends[-1].set()
+        for _ in range(5):
+            await asyncio.sleep(0)
+        second = [sent[0] for sent in outcomes[6:]]
+        for end in ends:
+            end.set()
+        await asyncio.gather(*tasks)
+        return first, second
+
+    first, second = asyncio.run(play())
+    accept, close = "websocket.accept", "websocket.close"
+    assert first == [accept, accept, close, accept, accept, close]
+    assert second == [accept] * 4
+
+
+def test_one_that_says_too_much_is_heard_in_time(monkeypatch):
+    """More than may be said at once waits, nothing is lost, and giving up waiting loses nothing either."""
+    now = 1000.0
+    monkeypatch.setattr(channel, "PACE", Rate(per_second=10, at_once=3))
+    monkeypatch.setattr(channel.time, "monotonic", lambda: now)
+    heard, gave_up = [], []
+
+    async def sleep(seconds):
+        nonlocal now
+        if not gave_up:
+            gave_up.append(now)
+            raise asyncio.CancelledError
+        now += seconds
+
+    monkeypatch.setattr(channel.asyncio, "sleep", sleep)
+    incoming = iter(range(8))
+
+    async def receive():
+        return {"type": "websocket.receive", "text": next(incoming)}
+
+    async def play():
+        socket = channel.Channel({"type": "websocket"}, receive, None, None, "1")
+        while len(heard) < 8:
+            try:
+                heard.append(((await socket.receive())["text"], round(now - 1000, 6)))
+            except asyncio.CancelledError:
+                continue
+
+    asyncio.run(play())
+    assert heard == [(0, 0), (1, 0), (2, 0), (3, 0.1), (4, 0.2), (5, 0.3), (6, 0.4), (7, 0.5)]
+    assert gave_up == [1000]
