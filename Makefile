@@ -7,7 +7,7 @@ browser_workers := $(shell getconf _NPROCESSORS_ONLN)
 # A second BLAS thread beside a busy neighbour makes small products many times slower.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: help serve test test-without-browser test-browser lint bench init lock development
+.PHONY: help serve test test-without-browser test-browser lint bench trials init lock development
 .DEFAULT_GOAL := help
 
 help:
@@ -42,6 +42,11 @@ bench: development ## measure the program, beside C and other packages
 	@scripts/environment.sh bench
 	@chromium=$$(scripts/chromium.sh) || exit 1; \
 	set -x; GAINSCOPE_CHROMIUM=$$chromium $(python) -m benchmarks
+
+# About an hour and a half; the tests have the short version in them.
+trials: development ## try what a server bears and survives: users, time, broken questions, kills
+	@chromium=$$(scripts/chromium.sh) || exit 1; \
+	set -x; GAINSCOPE_CHROMIUM=$$chromium $(python) -m trials $(TRIALS)
 
 init: development ## set up everything for development
 	@scripts/chromium.sh >/dev/null
