@@ -77,6 +77,8 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
     metrics.watch(
         "gainscope_scenes", "Scenes in three dimensions that are open.", lambda: services.scenes.stats().sessions
     )
+    metrics.watch("gainscope_studies_running", "Studies that run.", lambda: services.studies.load()[0])
+    metrics.watch("gainscope_studies_waiting", "Studies that wait for their turn.", lambda: services.studies.load()[1])
     app = Dash(
         "gainscope",
         server=server,  # type: ignore[arg-type]

@@ -6,7 +6,7 @@ Run by hand after `make lock`, in the development environment; a test fails when
 from __future__ import annotations
 
 import re
-from importlib.metadata import PackageNotFoundError, metadata
+from importlib.metadata import metadata
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -37,24 +37,18 @@ def licence(name: str) -> str:
     return told.get("License-Expression") or brief or ", ".join(classified) or "see the package"
 
 
-def locked() -> list[tuple[str, str]]:
-    """Names and versions that the lock has; of several for several Pythons, the installed one."""
-    found = dict.fromkeys(re.findall(r"^([a-z0-9-]+)==(\S+)", LOCK.read_text(), re.MULTILINE))
-    names = dict.fromkeys(name for name, _ in found)
-    rows = []
-    for name in names:
-        versions = [version for other, version in found if other == name]
-        try:
-            version = metadata(name)["Version"]
-        except PackageNotFoundError:
-            continue  # Not for this system.
-        rows.append((name, version if version in versions else versions[0]))
-    return rows
+def locked() -> dict[str, str]:
+    """Versions that the lock has, by names; those of other systems than Linux are left out."""
+    found: dict[str, list[str]] = {}
+    for name, version, condition in re.findall(r"^([a-z0-9-]+)==(\S+)(.*)", LOCK.read_text(), re.MULTILINE):
+        if "win32" not in condition:
+            found.setdefault(name, []).append(version)
+    return {name: ", ".join(versions) for name, versions in found.items()}
 
 
 def page() -> str:
     """The whole page."""
-    return HEAD + "".join(f"| {name} | {version} | {licence(name)} |\n" for name, version in locked())
+    return HEAD + "".join(f"| {name} | {version} | {licence(name)} |\n" for name, version in locked().items())
 
 
 if __name__ == "__main__":

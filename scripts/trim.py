@@ -26,6 +26,7 @@ UNUSED = {
     "dask/dataframe": "needs pandas, which is not there",
     "zstandard/_cffi*": "for other interpreters than CPython",
     "setuptools": "installs and builds packages",
+    "setuptools-*.dist-info": "installs and builds packages",
     "_distutils_hack": "installs and builds packages",
     "distutils-precedence.pth": "installs and builds packages",
 }
