@@ -7,11 +7,12 @@ browser_workers := $(shell getconf _NPROCESSORS_ONLN)
 # A second BLAS thread beside a busy neighbour makes small products many times slower.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: help serve test test-without-browser test-browser lint bench init lock development
+.PHONY: help serve test test-without-browser test-browser lint bench trials release release-image \
+    release-replicas release-list release-audit init lock development
 .DEFAULT_GOAL := help
 
 help:
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-6s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' Makefile
 
 serve: ## serve the laboratory on http://127.0.0.1:8050
 	@scripts/environment.sh serve
@@ -42,6 +43,31 @@ bench: development ## measure the program, beside C and other packages
 	@scripts/environment.sh bench
 	@chromium=$$(scripts/chromium.sh) || exit 1; \
 	set -x; GAINSCOPE_CHROMIUM=$$chromium $(python) -m benchmarks
+
+# About an hour and a half; the tests have the short version in them.
+trials: development ## try what a server bears and survives: users, time, broken questions, kills
+	@chromium=$$(scripts/chromium.sh) || exit 1; \
+	set -x; GAINSCOPE_CHROMIUM=$$chromium $(python) -m trials $(TRIALS)
+
+# BUILD: options for whatever builds the image, each as --option=...; AUDIT=--unasked-is-fine where no index can be asked.
+release: development ## build the container image and try it, alone and behind a proxy; list and audit what is in it
+	@scripts/environment.sh release .venv-release
+	@$(MAKE) --no-print-directory --keep-going -j1 release-image release-replicas release-list release-audit
+
+release-image:
+	$(python) -m trials.container $(BUILD)
+
+release-replicas:
+	@chromium=$$(scripts/chromium.sh) || exit 1; \
+	set -x; GAINSCOPE_CHROMIUM=$$chromium $(python) -m trials.replicas
+
+release-list:
+	@mkdir -p artifacts
+	.venv-release/bin/cyclonedx-py requirements --pyproject pyproject.toml --output-reproducible --validate \
+	    --output-format JSON --output-file artifacts/gainscope.cdx.json requirements/serve.txt
+
+release-audit:
+	.venv-release/bin/python scripts/audit.py $(AUDIT)
 
 init: development ## set up everything for development
 	@scripts/chromium.sh >/dev/null

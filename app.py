@@ -89,6 +89,8 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
     metrics.watch(
         "gainscope_scenes", "Scenes in three dimensions that are open.", lambda: services.scenes.stats().sessions
     )
+    metrics.watch("gainscope_studies_running", "Studies that run.", lambda: services.studies.load()[0])
+    metrics.watch("gainscope_studies_waiting", "Studies that wait for their turn.", lambda: services.studies.load()[1])
     for order, page in enumerate(PAGES):
         register_page(page.__name__, path=page.PATH, name=page.NAME, title=page.TITLE, order=order, layout=page.layout)
         page.register(app, services)

@@ -11,9 +11,12 @@ import time
 import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from typing import IO, TYPE_CHECKING
 
-from playwright.sync_api import Browser, Page, Playwright
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page, Playwright
 
 ROOT = Path(__file__).parents[1]
 CHROMIUM_FLAGS = [
@@ -28,6 +31,14 @@ WEBGL_FLAGS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swi
 SETTLED = "() => document.querySelector('.desk')?.dataset.state === 'settled'"
 
 
+@dataclass(frozen=True, slots=True)
+class Running:
+    """A server that is running: where it listens, and its process."""
+
+    port: int
+    process: subprocess.Popen[bytes]
+
+
 @contextmanager
 def server(**settings: str) -> Iterator[int]:
     """A running, ready server; gives its port.
@@ -35,30 +46,56 @@ def server(**settings: str) -> Iterator[int]:
     Args:
         settings: environment variables; recordings are kept in memory unless GAINSCOPE_DATA says where.
     """
+    with running(None, **settings) as it:
+        yield it.port
+
+
+@contextmanager
+def running(log: IO[bytes] | None = None, **settings: str) -> Iterator[Running]:
+    """A running, ready server and its process, which may be ended before the end.
+
+    Args:
+        log: where what it says goes; None for this process's own.
+        settings: environment variables; recordings are kept in memory unless GAINSCOPE_DATA says where.
+
+    Raises:
+        RuntimeError: where it does not become ready within a minute.
+    """
+    it = start(log, **settings)
+    with it.process as process:
+        try:
+            wait_until_ready(it)
+            yield it
+        finally:
+            process.terminate()
+
+
+def start(log: IO[bytes] | None = None, **settings: str) -> Running:
+    """A server that has been started and is not ready yet; whoever starts it ends it."""
     with socket.socket() as free:
         free.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         free.bind(("127.0.0.1", int(settings.get("GAINSCOPE_PORT", 0))))
         port = free.getsockname()[1]
     environment = os.environ | {"GAINSCOPE_PORT": str(port), "GAINSCOPE_HOST": "127.0.0.1", "GAINSCOPE_DATA": ""}
-    with subprocess.Popen([sys.executable, "app.py"], cwd=ROOT, env=environment | settings) as process:
-        try:
-            _wait_until_ready(port, process)
-            yield port
-        finally:
-            process.terminate()
+    command = [sys.executable, "app.py"]
+    return Running(port, subprocess.Popen(command, cwd=ROOT, env=environment | settings, stdout=log, stderr=log))
 
 
-def _wait_until_ready(port: int, process: subprocess.Popen[bytes]) -> None:
-    for _ in range(600):
-        if process.poll() is not None:
-            break
+def wait_until_ready(it: Running, patience: float = 60.0) -> None:
+    """Wait until a server says that it is ready.
+
+    Raises:
+        RuntimeError: where it ends before, or does not within so many seconds.
+    """
+    until = time.monotonic() + patience
+    while time.monotonic() < until and it.process.poll() is None:
         try:
-            with urllib.request.urlopen(f"http://127.0.0.1:{port}/readyz") as answer:
+            with urllib.request.urlopen(f"http://127.0.0.1:{it.port}/readyz") as answer:
                 if answer.status == 200:
                     return
         except OSError:
             pass
-        time.sleep(0.1)
+        time.sleep(0.05)
     raise RuntimeError("the server did not become ready")
 
 

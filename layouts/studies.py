@@ -112,6 +112,10 @@ class Studies:
         while len(self._outcomes) > REMEMBERED or sum(map(_scores, self._outcomes.values())) > REMEMBERED_SCORES:
             self._outcomes.popitem(last=False)
 
+    def load(self) -> tuple[int, int]:
+        """Studies that run, and that wait for their turn."""
+        return self._running, len(self._line)
+
     def enter(self, asked: _Asked) -> None:
         """Run it now or put it at the end of the line, if that is not too long already."""
         if len(self._line) >= self._waiting:

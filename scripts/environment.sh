@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
 # Makes .venv hold what requirements/NAME.txt locks:  scripts/environment.sh serve|dev|bench
-# Quick when nothing changed: the lock that was installed last is kept in .venv and compared.
+# or an environment of its own:                       scripts/environment.sh release .venv-release
+# Quick when nothing changed: the lock that was installed last is kept in it and compared.
 . "$(dirname "$0")/common.sh" environment
 
 name=$1
 lock=requirements/$name.txt
-stamp=.venv/installed-$name.txt
-python=.venv/bin/python
+environment=${2:-.venv}
+stamp=$environment/installed-$name.txt
+python=$environment/bin/python
 
 suits() { "$1" -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1; }
 
@@ -44,8 +46,8 @@ fi
 
 if ! suits "$python" || ! "$python" -m pip --version >/dev/null 2>&1; then
     base=$(find_python makes_environments || install_python)
-    say "creating .venv with $base"
-    "$base" -m venv --clear .venv
+    say "creating $environment with $base"
+    "$base" -m venv --clear "$environment"
 fi
 
 say "installing $lock"

@@ -1,0 +1,115 @@
+"""A server under users for long: whether its memory or its open files grow."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import psutil
+import uvloop
+from scipy.stats import theilslopes
+
+from benchmarks.serving import running
+from trials.load import tracebacks
+from trials.report import Finding, none_of, percentiles
+from trials.user import Tally, crowd
+
+SLOPE = 5.0
+"""Megabytes an hour that its memory may grow by."""
+
+CONFIDENCE = 0.95
+PARTS = 30
+"""Medians of as many parts of the time make a line: neighbouring samples say the same."""
+
+EVERY = 1.0
+"""Seconds from sample to sample."""
+
+QUIET = 20.0
+"""Seconds after which a server has closed everything that its users have left."""
+
+
+@dataclass(frozen=True, slots=True)
+class Long:
+    """How many stay for how long.
+
+    Attributes:
+        minutes: that are measured.
+        warming: minutes before.
+        users: of all pages.
+        watchers: of the page with the scene in three dimensions.
+    """
+
+    minutes: float = 30.0
+    warming: float = 10.0
+    users: int = 50
+    watchers: int = 20
+
+
+SHORT = Long(minutes=0.05, warming=0.1, users=4, watchers=2)
+
+
+def trial(short: bool = False, long: Long | None = None) -> Iterator[Finding]:
+    """Users and scenes; how memory and open files go."""
+    plan = long or (SHORT if short else Long())
+    with tempfile.TemporaryFile() as log:
+        with running(log) as it:
+            yield from uvloop.run(_stay(it.port, psutil.Process(it.process.pid), plan, QUIET / 10 if short else QUIET))
+        yield none_of("tracebacks in the log", tracebacks(log), "all")
+
+
+async def _stay(port: int, server: psutil.Process, plan: Long, quiet: float) -> list[Finding]:
+    await _crowded(port, server, plan, plan.warming * 60, seed=1)
+    await asyncio.sleep(quiet)
+    before = server.num_fds()
+    memory, tally = await _crowded(port, server, plan, plan.minutes * 60, seed=2)
+    await asyncio.sleep(quiet)
+    after = server.num_fds()
+    slope, low, high = slope_of(memory)
+    _, late, _ = percentiles(seconds for found in tally.seconds.values() for seconds in found)
+    return [
+        Finding(
+            f"memory over {plan.minutes:g} minutes",
+            f"{slope:+.1f} MB/h, 95 % {low:+.1f} to {high:+.1f}; {memory[-1][1]:.0f} MB",
+            f"under {SLOPE:g} MB/h",
+            slope < SLOPE,
+            # Some seconds make no hour.
+            timed=plan.minutes < 1,
+        ),
+        # What has gone leaves nothing open; a connection may still be on its way out.
+        Finding("open files without users, before and after", f"{before} and {after}", "equal", after <= before + 1),
+        none_of("errors", tally.errors, f"{len(tally)} actions"),
+        Finding("actions", f"p95 {late:.0f} ms"),
+    ]
+
+
+async def _crowded(
+    port: int, server: psutil.Process, plan: Long, seconds: float, seed: int
+) -> tuple[list[tuple[float, float]], Tally]:
+    """Hours and megabytes, sample by sample, and what the users saw."""
+    found: list[tuple[float, float]] = []
+    async with contextlib.AsyncExitStack() as stack:
+        tally = await stack.enter_async_context(crowd(port, plan.users, 1.0, 4.0, seed))
+        watching = await stack.enter_async_context(crowd(port, plan.watchers, 1.0, 4.0, seed + 100, ("track",)))
+        begun = time.monotonic()
+        while (now := time.monotonic() - begun) < seconds:
+            found.append((now / 3600, server.memory_info().rss / 1e6))
+            await asyncio.sleep(EVERY)
+    tally.errors.update(watching.errors)
+    return found, tally
+
+
+def slope_of(samples: Sequence[tuple[float, float]]) -> tuple[float, float, float]:
+    """The slope through samples of time and value that outliers do not turn, and its confidence interval (Theil, Sen).
+
+    Args:
+        samples: at least two, in the order of time.
+    """
+    parts = [part for part in np.array_split(np.asarray(samples), PARTS) if len(part)]
+    middles = np.array([np.median(part, axis=0) for part in parts])
+    slope, _, low, high = theilslopes(middles[:, 1], middles[:, 0], CONFIDENCE)
+    return float(slope), float(low), float(high)

@@ -1,0 +1,327 @@
+"""A simulated user: a hand on the pages, and the pages' scripts behind it.
+
+Such a user opens a page, drags sliders, chooses from menus, saves results and goes on to the next page. What a hand
+does once is one action: a step of a slider, a choice, a page. A drag is some steps and then a rest, in which the page
+draws its plots anew, one after the other, as assets/desk.js does.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import secrets
+from collections import Counter, defaultdict
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
+from functools import partial
+from random import Random
+from time import perf_counter
+from typing import Any
+
+import orjson
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.typing import Origin
+
+from benchmarks.scene_browser import camera, scene
+from trials.page import DESKS, STUDYING, Desk, RefusedError, Site, components, text_part, whole
+from trials.wire import PATIENCE, Client
+
+PAPERS = "/papers"
+PAGES = (*DESKS, "papers")
+
+DESIGNS = {"fading-memory": "xi", "kalata": "tracking_index", "manual": "alpha"}
+"""What is chosen most, and the slider that goes with it."""
+
+CHOICES = ("design", "order", "quantity", "axis", "start", "convention", "seed")
+
+RECORDING = b"t,x,y\n" + b"".join(b"%d,%d,%d\n" % (row, 3 * row, row * row // 50) for row in range(300))
+
+Act = tuple[str, Callable[[], Awaitable[None]]]
+"""An action: its kind, and what is done."""
+
+
+class Tally:
+    """What a crowd has seen.
+
+    Attributes:
+        seconds: from when each action was due until it was answered, by kind.
+        errors: what went wrong, in words, and how often.
+        refused: answers that said that something cannot be run.
+    """
+
+    def __init__(self) -> None:
+        self.seconds: defaultdict[str, list[float]] = defaultdict(list)
+        self.errors: Counter[str] = Counter()
+        self.refused = 0
+        self._more = asyncio.Event()
+
+    def __len__(self) -> int:
+        """How many actions."""
+        return sum(map(len, self.seconds.values()))
+
+    def count(self, kind: str, seconds: float) -> None:
+        """An action has been answered."""
+        self.seconds[kind].append(seconds)
+        self._more.set()
+
+    async def reached(self, least: int) -> None:
+        """Wait for so many actions."""
+        while len(self) < least:
+            self._more.clear()
+            await self._more.wait()
+
+    def clear(self) -> None:
+        """Forget durations, not errors."""
+        self.seconds.clear()
+
+
+class User:
+    """One browser and who sits before it.
+
+    Args:
+        port: of the server.
+        address: of the browser.
+        seed: by which everything is chosen.
+        tally: where it is counted.
+        pages: that are opened.
+    """
+
+    def __init__(self, port: int, address: str, seed: int, tally: Tally, pages: Sequence[str] = PAGES) -> None:
+        self._client = Client(port, address)
+        self._random = Random(seed)
+        self._tally = tally
+        self._pages = pages
+        self._site: Site | None = None
+        self._desk: Desk | None = None
+        self._parts: list[str] = []
+        self._live: ClientConnection | None = None
+        self._scene = ""
+        self._beside: set[asyncio.Task[None]] = set()
+
+    async def live(self, pace: float, until: Callable[[], bool]) -> None:
+        """Do one thing after the other until it is over.
+
+        Args:
+            pace: seconds from action to action; what takes longer makes those after it late.
+            until: says whether it is over.
+        """
+        due = perf_counter()
+        for kind, act in self._acts():
+            if until():
+                break
+            await asyncio.sleep(due - perf_counter())
+            try:
+                await act()
+            except Exception as error:  # noqa: BLE001 - whatever it was, it counts
+                self._tally.errors[f"{kind}: {type(error).__name__} {error}"[:300]] += 1
+                await self._leave()
+            self._tally.count(kind, perf_counter() - due)
+            due += pace
+        await self._leave()
+        await self._client.close()
+
+    # What a hand does ---------------------------------------------------------------------------------------------
+
+    def _acts(self) -> Iterator[Act]:
+        """Page after page, on each some gestures."""
+        yield "load", self._load
+        while True:
+            page = self._random.choice(self._pages)
+            if page == "papers":
+                yield "page", self._open_papers
+                for _ in range(self._random.randint(4, 10)):
+                    yield "part", self._part
+                continue
+            yield "page", partial(self._open, page)
+            for _ in range(self._random.randint(3, 6)):
+                yield from self._gesture()
+
+    def _gesture(self) -> Iterator[Act]:
+        gesture = self._random.choices(("drag", "choose", "export", "upload"), (60, 25, 12, 3))[0]
+        if gesture == "upload":
+            yield "upload", self._upload
+        elif gesture == "export":
+            yield "export", self._export
+        elif gesture == "choose" or self._desk is None or not self._desk.sliders:
+            yield "choose", self._choose
+        else:
+            for _ in range(self._random.randint(3, 9)):
+                yield "move", self._move
+            yield "rest", self._rest
+
+    async def _load(self) -> None:
+        self._site = await Site.load(self._client)
+
+    async def _open(self, page: str) -> None:
+        if self._site is None:
+            await self._load()
+        assert self._site is not None
+        await self._leave()
+        link = self._desk.link if self._desk else ""
+        content = await self._site.content(self._client, DESKS[page], link)
+        beginning = next(part["data"] for part in components(content) if part["id"] == f"{page}-beginning")
+        self._desk = Desk(beginning)
+        opened = asyncio.create_task(self._socket(f"/{page}/live"))
+        if page == "track":
+            self._scene = secrets.token_hex(16)
+            self._go(self._watch(self._scene))
+        await self._ask({})
+        self._live = await opened
+        if page in STUDYING:
+            self._go(self._study(page))
+
+    async def _open_papers(self) -> None:
+        if self._site is None:
+            await self._load()
+        assert self._site is not None
+        await self._leave()
+        self._desk = None
+        content = await self._site.content(self._client, PAPERS)
+        beginning = next(part["data"] for part in components(content) if part["id"] == "papers-beginning")
+        self._parts = [f"/papers/{beginning['paper']}/{part}.json?theme=light" for part in beginning["tables"]]
+
+    async def _part(self) -> None:
+        if self._parts:
+            answer = whole(await self._client.ask("GET", self._random.choice(self._parts)), "part")
+            orjson.loads(answer.body)
+
+    async def _ask(self, changed: dict[str, Any], want: str = "") -> None:
+        """A question to the callback."""
+        desk = self._desk
+        assert desk is not None
+        assert self._site is not None
+        question = desk.question(changed, want=want, scene=self._scene)
+        answer = await self._site.call(self._client, f"{desk.name}-request.data", [question])
+        self._tally.refused += not desk.take(answer[f"{desk.name}-answer"]["data"])
+
+    async def _move(self) -> None:
+        desk = await self._at_desk()
+        name = DESIGNS.get(desk.values["design"], "xi")
+        slider = desk.sliders[name]
+        high = min(slider["high"], 1.0)
+        value = slider["low"] + (high - slider["low"]) * self._random.uniform(0.05, 0.95)
+        question = desk.question({name: round(value, 5)}, live=True, scene=self._scene)
+        assert self._live is not None
+        await self._live.send(orjson.dumps(question).decode())
+        async with asyncio.timeout(PATIENCE):
+            message = await self._live.recv(decode=False)
+        self._tally.refused += not desk.take(text_part(message), live=True)
+
+    async def _rest(self) -> None:
+        desk = await self._at_desk()
+        while desk.stale:
+            await self._ask({}, want=desk.stale[0])
+
+    async def _choose(self) -> None:
+        desk = await self._at_desk()
+        name = self._random.choice(CHOICES)
+        choices = {"design": list(DESIGNS), "order": ["2", "3"], "seed": [str(self._random.randrange(10**6))]}
+        offered = choices.get(name) or desk.offers.get(name) or [desk.values[name]]
+        await self._ask({name: self._random.choice(offered)})
+
+    async def _export(self) -> None:
+        desk = await self._at_desk()
+        whole(await self._client.ask("GET", f"/export/metrics.json?{desk.link}"), "export")
+
+    async def _upload(self) -> None:
+        # Another recording every time: the same one is known already.
+        body = RECORDING + b"%d,0,0\n" % self._random.randrange(10**6, 10**9)
+        path = "/recordings?name=walk.csv&keep=browser"
+        headers = {"Content-Type": "application/octet-stream"}
+        whole(await self._client.ask("PUT", path, body, headers), "upload")
+
+    async def _at_desk(self) -> Desk:
+        """The page; opened again where something has gone wrong."""
+        if self._desk is None or self._live is None:
+            await self._open("explore" if self._desk is None else self._desk.name)
+        assert self._desk is not None
+        return self._desk
+
+    # Sockets ------------------------------------------------------------------------------------------------------
+
+    async def _socket(self, path: str) -> ClientConnection:
+        return await connect(
+            f"ws://127.0.0.1:{self._client.port}{path}", origin=Origin(self._client.origin), max_size=None,
+            local_addr=(self._client.address, 0), ping_interval=None, proxy=None,
+        )  # fmt: skip
+
+    def _go(self, work: Any) -> None:
+        """Beside everything else, until the page is left."""
+        task = asyncio.create_task(self._counted(work))
+        self._beside.add(task)
+        task.add_done_callback(self._beside.discard)
+
+    async def _counted(self, work: Awaitable[None]) -> None:
+        try:
+            await work
+        except Exception as error:  # noqa: BLE001 - whatever it was, it counts
+            self._tally.errors[f"beside: {type(error).__name__} {error}"[:300]] += 1
+
+    async def _study(self, page: str) -> None:
+        """Ask for the page's study as it stands, until there is an outcome."""
+        assert self._desk is not None
+        async with await self._socket(f"/{page}/study") as socket:
+            await socket.send(orjson.dumps({"seq": 1, "query": self._desk.link, "theme": "light"}).decode())
+            async for message in socket:
+                state = orjson.loads(message)["state"]
+                if state == "failed":
+                    raise RefusedError("study: failed")
+
+    async def _watch(self, token: str) -> None:
+        """The page's scene: its frames come, and the camera turns now and then."""
+        async with scene(self._client.port, token, local_addr=(self._client.address, 0)) as socket:
+            turning = asyncio.create_task(self._turn(socket))
+            try:
+                async for _ in socket:
+                    pass
+            finally:
+                turning.cancel()
+
+    async def _turn(self, socket: ClientConnection) -> None:
+        with contextlib.suppress(OSError, EOFError):
+            while True:
+                await asyncio.sleep(self._random.uniform(1, 5))
+                await socket.send(camera(position=tuple(self._random.uniform(-5, 5) for _ in range(3))))
+
+    async def _leave(self) -> None:
+        """Let go of the page's sockets."""
+        for task in list(self._beside):
+            task.cancel()
+        await asyncio.gather(*self._beside, return_exceptions=True)
+        live, self._live, self._scene = self._live, None, ""
+        if live is not None:
+            await live.close()
+
+
+def addresses(users: int, together: int = 40) -> Iterator[str]:
+    """An address for each of some users: a class shares the first, everybody else has one of their own."""
+    for user in range(users):
+        yield "127.0.2.1" if user < together else f"127.0.{3 + user // 250}.{1 + user % 250}"
+
+
+@contextlib.asynccontextmanager
+async def crowd(
+    port: int, users: int, pace: float, arrivals: float, seed: int = 1, pages: Sequence[str] = PAGES
+) -> AsyncIterator[Tally]:
+    """Users who come one after the other and stay until the end.
+
+    Args:
+        port: of the server.
+        users: how many.
+        pace: seconds from one action of one of them to the next.
+        arrivals: of them a second.
+        seed: by which everything is chosen.
+        pages: that they open.
+    """
+    tally, over = Tally(), asyncio.Event()
+
+    async def come(number: int, address: str) -> None:
+        await asyncio.sleep(number / arrivals)
+        await User(port, address, seed * 1000 + number, tally, pages).live(pace, over.is_set)
+
+    tasks = [asyncio.create_task(come(number, address)) for number, address in enumerate(addresses(users))]
+    try:
+        await asyncio.sleep(users / arrivals)
+        yield tally
+    finally:
+        over.set()
+        await asyncio.gather(*tasks)
