@@ -1,4 +1,4 @@
-"""Command line: python -m tracker_core run|suggest|design|stability|sweep|reproduce."""
+"""Command line: python -m tracker_core run|suggest|design|stability|sweep|reproduce|compile."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> Parser:
     parser = Parser(prog="python -m tracker_core", description="Fixed-gain tracking filters.")
     commands = parser.add_subparsers(
-        dest="command", required=True, metavar="run|suggest|design|stability|sweep|reproduce"
+        dest="command", required=True, metavar="run|suggest|design|stability|sweep|reproduce|compile"
     )
     for command in COMMANDS:
         command.add(commands)

@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from hashlib import sha256
-from pathlib import Path
 from typing import Any, cast
 
 from numba import config, njit, types
 from numba.extending import intrinsic
 
-
-def _keep_by_source() -> None:
-    """Keep compiled loops in a folder that is named after the source of all of them.
-
-    Numba compiles a loop anew when the file of that loop has changed, but not when one that it calls has.
-    """
-    here = Path(__file__).parent
-    source = b"".join(path.read_bytes() for path in sorted(here.glob("*.py")))
-    settings: Any = config
-    settings.CACHE_DIR = str(Path(settings.CACHE_DIR or here / "__pycache__") / sha256(source).hexdigest()[:16])
+from tracker_core.kernels.target import settle
 
 
-_keep_by_source()
+TARGET, ROOT = settle(config)
+"""What the loops of this process are compiled for, and the folder of the folders that they are kept in."""
 
 compiled = njit(cache=True, nogil=True, fastmath=False, error_model="numpy", boundscheck=False)
 
