@@ -187,9 +187,12 @@ class _Given(StreamingResponse):
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         async def sent(message: Message) -> None:
-            # A client that stays and takes nothing has left as well.
-            async with asyncio.timeout(STALLED):
-                await send(message)
+            try:
+                async with asyncio.timeout(STALLED):
+                    await send(message)
+            except TimeoutError:
+                # A client that stays and takes nothing has left as well.
+                raise ClientDisconnect from None
 
         try:
             await super().__call__(scope, receive, sent)
