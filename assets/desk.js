@@ -13,6 +13,7 @@
   const SLOW = 500; // ms without an answer after which the page says that it is being computed
   const SETTLED = 700; // ms without a change after which the numbers are read out
   const STEPS_BACK = 50;
+  const TYPED = 200; // characters of an entry; longer ones are refused (layouts/questions.py)
 
   let page = null;
   let latest = null; // the newest socket
@@ -46,7 +47,7 @@
         Object.assign(made, { type: "radio", name: `${page.name}-${control}`, value: place.dataset.value });
         made.removeAttribute("aria-label");
       } else {
-        Object.assign(made, { type: "text", autocomplete: "off", spellcheck: false });
+        Object.assign(made, { type: "text", autocomplete: "off", spellcheck: false, maxLength: TYPED });
         // A text to choose from a list, or a number.
         if (input === "list") made.setAttribute("list", `${id}-list`);
         else made.inputMode = "decimal";
@@ -255,7 +256,8 @@
     page.editedAt = performance.now();
     page.live = page.waiting ? page.live && Boolean(live) : Boolean(live);
     root().dataset.state = "busy";
-    if (page.busy && performance.now() - page.sentAt < PATIENCE) {
+    const now = performance.now();
+    if (now < page.notBefore || (page.busy && now - page.sentAt < PATIENCE)) {
       page.waiting = true;
     } else {
       send();
@@ -308,11 +310,35 @@
     send();
   }
 
+  // What was asked has no answer. Nothing is lost: what a hand has moved is said again with the next question.
+  function unanswered({ message }, again) {
+    page.busy = page.waiting = false;
+    for (const timer of [page.watch, page.slow, page.resting]) clearTimeout(timer);
+    delete root().dataset.slow;
+    text("note", `The server does not answer: ${message}${again ? "; trying again" : ""}.`);
+    page.lost = true;
+    if (again) {
+      page.waiting = true;
+      page.notBefore = performance.now() + 1000 * again;
+      page.watch = setTimeout(() => root() && send(), 1000 * again);
+    } else {
+      page.refused = true;
+      root().dataset.state = "settled";
+      leave();
+    }
+  }
+
+  document.addEventListener("callbackrefused", ({ detail: { asked, problem, again } }) => {
+    if (!root()) return;
+    const mine = asked.inputs.find((input) => input.id === `${page.name}-request`);
+    if (mine && mine.value.seq === page.seq) unanswered(problem, again);
+  });
+
   // While a slider moves: the path and its close-up every time, the other plots in turn.
   function liveShare() {
     const seen = page.inTurn.filter((plot) => document.getElementById(plot).offsetParent);
-    page.turn = (page.turn + 1) % seen.length;
-    return [...page.often, seen[page.turn]];
+    page.turn = (page.turn + 1) % (seen.length || 1);
+    return [...page.often, ...seen.slice(page.turn, page.turn + 1)];
   }
 
   // Past Dash's store, which costs the browser more than everything else together. Without it callbacks do the same.
@@ -333,7 +359,9 @@
     socket.onmessage = (event) => {
       const length = new DataView(event.data).getUint32(0, true);
       const answer = JSON.parse(new TextDecoder().decode(new Uint8Array(event.data, 4, length)));
-      finish(answer, new Float32Array(event.data, 4 + length));
+      // One to what the server could not even read bears no number: it is about the question under way.
+      if (!answer.problem) finish(answer, new Float32Array(event.data, 4 + length));
+      else if (root() && (answer.seq ?? page.seq) === page.seq) unanswered(answer.problem, answer.again);
     };
     socket.onclose = () => {
       // Only the page's own socket is replaced: a page that was built anew has one of its own.
@@ -444,6 +472,7 @@
       busy: false,
       waiting: false,
       sentAt: 0,
+      notBefore: 0, // when the server wants to be asked again
       drawn: {},
       due: {},
       stale: new Set(),

@@ -68,13 +68,17 @@
 
   async function ask(asked, address) {
     let answer = null;
+    let pause = RETRY;
     try {
       const response = await fetch(address, { signal: AbortSignal.timeout(LOST) });
-      answer = await response.json();
+      const refused = response.ok ? null : await gainscope.refusal(response);
+      if (response.ok) answer = await response.json();
+      else if (refused && !refused.again) answer = refused;
+      else if (refused) pause = 1000 * refused.again;
     } catch (error) {
       // It is asked again.
-      await new Promise((resolve) => setTimeout(resolve, RETRY));
     }
+    if (!answer) await new Promise((resolve) => setTimeout(resolve, pause));
     if (!page || page.asked !== asked || !root()) return;
     root().toggleAttribute("data-lost", !answer);
     page.asked = null;
@@ -84,9 +88,9 @@
 
   function finish({ part, theme }, answer) {
     const state = page.parts.get(part);
-    if (answer.error) {
+    if (answer.problem) {
       state.stopped = true;
-      place(part).textContent = answer.error;
+      place(part).textContent = answer.problem.message;
     } else if (answer.cells) {
       for (const cell of answer.cells) fill(place(part).querySelector(`[data-cell="${cell.cell}"]`), cell);
       document.getElementById(part).querySelector(".reasons").replaceChildren(...answer.reasons.map(reason));

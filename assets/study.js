@@ -25,7 +25,7 @@
     const wanted = `${theme()}|${study.query}`;
     if (wanted === study.asked) return;
     // What was stopped stays stopped until something else is asked for.
-    ask(card().dataset.study === "stopped" && study.query === study.askedQuery ? "look" : "");
+    ask(["stopped", "over"].includes(card().dataset.study) && study.query === study.askedQuery ? "look" : "");
   });
 
   function connect() {
@@ -38,7 +38,7 @@
       mine.socket = socket;
       // A server that was started anew computes the same again; what is there already stays.
       const wanted = `${theme()}|${mine.query}`;
-      const there = ["stopped", "done"].includes(card().dataset.study) && mine.asked === wanted;
+      const there = ["stopped", "over", "done", "failed"].includes(card().dataset.study) && mine.asked === wanted;
       if (mine.query !== null && !there) ask();
     };
     socket.onmessage = (event) => event.data.text().then((text) => mine === study && hear(JSON.parse(text)));
@@ -81,6 +81,10 @@
       leave();
       return;
     }
+    if (message.problem) {
+      say("failed", `The server does not answer: ${message.problem.message}.`);
+      return;
+    }
     if (message.seq !== study.seq) return;
     if (message.state === "again") {
       ask();
@@ -95,7 +99,7 @@
     if (message.content) show(message.content);
   }
 
-  function words({ state, place, seconds, remaining }, share) {
+  function words({ state, place, seconds, remaining, minutes }, share) {
     const percent = `${Math.floor(100 * (state === "stopped" ? study.share || 0 : share))} %`;
     switch (state) {
       case "queued":
@@ -106,6 +110,10 @@
         return seconds ? `Done in ${duration(seconds)}.` : "Done.";
       case "stopped":
         return study.share ? `Stopped at ${percent}.` : "Stopped.";
+      case "over":
+        return `Ended at ${percent}: a study may take ${minutes} minutes here.`;
+      case "waiting":
+        return "Too many studies are waiting; try again later.";
       case "failed":
         return "The study failed; the server's log says why.";
       default:
@@ -126,7 +134,7 @@
     const going = state === "running" || state === "queued";
     const button = part("stop");
     button.textContent = going ? "Stop" : "Run again";
-    button.hidden = !going && state !== "stopped" && state !== "failed";
+    button.hidden = !going && !["stopped", "over", "waiting", "failed"].includes(state);
   }
 
   function showErrors(errors) {

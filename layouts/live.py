@@ -43,7 +43,7 @@ def attach(server: FastAPI, path: str, read: Reader[Question], answer: Answer, w
             try:
                 found = await work.run(answer, question) if question.is_long else answer(question)
             except NoAnswerError as error:
-                found = {"seq": question.seq, "problem": said(error.error), "again": error.again}, ()
+                found = {"seq": question.seq, "problem": said(error.error, error.message), "again": error.again}, ()
             await websocket.send_bytes(framed(*found))
 
         await listen(websocket, read, hear, lambda problem: framed({"problem": problem, "again": None}, ()))

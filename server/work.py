@@ -34,21 +34,23 @@ class NoAnswerError(Exception):
     """There will be no answer to a question that is right.
 
     Attributes:
-        error: why, as a page is told.
+        error: why.
+        message: the same for a person, of the server.
         status: of HTTP.
         again: seconds after which to ask again; None where that would take as long.
     """
 
-    def __init__(self, error: InputError, status: int, again: int | None = None) -> None:
+    def __init__(self, error: InputError, message: str, status: int, again: int | None = None) -> None:
         super().__init__(str(error))
         self.error = error
+        self.message = message
         self.status = status
         self.again = again
 
     def response(self) -> JSONResponse:
         """The answer of HTTP."""
         headers = {} if self.again is None else {"Retry-After": str(self.again)}
-        return problem(self.error, self.status, headers=headers)
+        return problem(self.error, self.status, self.message, headers)
 
 
 class Work:
@@ -68,7 +70,8 @@ class Work:
         self._seconds = seconds
         self._waiting = waiting
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix=name)
-        self._places = threading.BoundedSemaphore(threads + waiting)
+        self._most = threads + waiting
+        self._places = threading.BoundedSemaphore(self._most)
 
     def beside(self, name: str, threads: int) -> Work:
         """Threads of their own under the same limits, for what must not hold up the others."""
@@ -81,8 +84,8 @@ class Work:
             NoAnswerError: where too many wait already, or it takes too long.
         """
         if not self._places.acquire(blocking=False):
-            error = InputError("server", "must finish other answers first: ask again in a moment", "too many questions")
-            raise NoAnswerError(error, 503, AGAIN)
+            error = InputError("server", f"must have fewer than {self._most} questions to answer", self._most)
+            raise NoAnswerError(error, "it is busy with other answers", 503, AGAIN)
         # The thread knows which request it works for.
         future = self._pool.submit(partial(copy_context().run, function, *arguments))
         # Whoever gives up in the line gives up the place; whoever is being computed keeps it.
@@ -94,4 +97,4 @@ class Work:
             if not limit.expired():
                 raise
             error = InputError("answer", f"must be there within {self._seconds:g} s", "none yet")
-            raise NoAnswerError(error, 504) from None
+            raise NoAnswerError(error, f"it has tried for {self._seconds:g} s", 504) from None

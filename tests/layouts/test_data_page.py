@@ -184,8 +184,8 @@ def test_a_reading_as_polar_names_its_columns(show, example):
 
 def test_files_are_read_in_a_thread(example, request_for):
     stands = beginning(DESK, {"data": example("good")})["controls"]
-    assert desk._is_long(request_for(stands))
-    assert not desk._is_long(request_for(beginning(DESK, {})["controls"]))
+    assert request_for(stands).is_long
+    assert not request_for(beginning(DESK, {})["controls"]).is_long
 
 
 # Figures -------------------------------------------------------------------------------------------------------------

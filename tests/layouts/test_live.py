@@ -238,7 +238,7 @@ def test_what_takes_too_long_is_said_and_the_connection_stays(played):
     assert kinds(sent) == ["websocket.accept", "websocket.send"]
     rest = text_of(sent[1])
     assert (rest["seq"], rest["again"]) == (3, None)
-    assert rest["problem"]["message"] == "answer must be there within 0.05 s, got 'none yet'"
+    assert rest["problem"]["message"] == "it has tried for 0.05 s"
 
 
 def test_a_bug_ends_the_connection_and_is_in_the_log(played, caplog):
