@@ -26,7 +26,7 @@ COLD, WARM, EXIT = 10.0, 3.0, 10.0
 AT_ONCE = 0.25
 """Seconds after which it may no longer say that it is ready."""
 
-LONG = "/export.zip?samples=100000&seed={}"
+LONG = "/export.zip?samples=3000&seed={}"
 """What takes a while to be answered."""
 
 ASKED = 4
@@ -66,7 +66,9 @@ async def _ended(it: Running, users: int) -> list[Finding]:
         asked = [asyncio.create_task(client.ask("GET", LONG.format(n))) for n, client in enumerate(clients)]
         slow = Client(it.port, "127.0.1.100")
         sent = asyncio.create_task(slow.ask("PUT", "/recordings?name=slow.csv&keep=browser", _slowly()))
-        await asyncio.sleep(0.5)
+        await asyncio.sleep(0.2)
+        # What came before a question that has been answered is under way.
+        await Client(it.port).ask("GET", "/livez", headers={"Connection": "close"})
         children = server.children(recursive=True)
         begun = time.perf_counter()
         it.process.send_signal(signal.SIGTERM)
