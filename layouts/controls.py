@@ -25,7 +25,7 @@ from tracker_core.experiment import BESIDE, PARAMETERS, read_experiment
 from tracker_core.fields import FIELDS
 from tracker_core.optimal import index_of_noise_gain, path_share
 from tracker_core.recordings import Reading
-from tracker_core.responses import noise_gain
+from tracker_core.responses import smoothed_variance, steady_variance
 from tracker_core.types import GAIN_NAMES, STATE_NAMES
 
 TEXT_LIMIT = 200
@@ -125,8 +125,11 @@ def responsiveness(experiment: Experiment, gains: Gains) -> float | None:
     """
     if experiment.design == STEADY and experiment.tracking_index is not None:
         return path_share(experiment.tracking_index)
-    gain = float(noise_gain(gains.vector))
-    return None if gain != gain else path_share(index_of_noise_gain(gains.order, gain))
+    try:
+        noise = steady_variance(gains, smoothed_variance)
+    except InputError:
+        return None
+    return path_share(index_of_noise_gain(gains.order, noise))
 
 
 def preset_of(experiment: Experiment) -> str:
