@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from types import MappingProxyType
 from typing import Any
 
 from layouts.comparing import comparing_controls, read_comparing
@@ -64,15 +66,7 @@ def controls_of(settings: Settings) -> dict[str, Any]:
     """Every control as it stands for these settings."""
     experiment, axes = settings.experiment, settings.experiment.target.axes
     gains = present_gains(settings)
-    controls: dict[str, Any] = {
-        name: rewrite(SPARE_GAINS[name], GAIN_NAMES.index(name), "normalised", experiment.convention)
-        if name in GAIN_NAMES
-        else SPARE_GAINS[name]
-        for name in PARAMETERS
-    }
-    controls |= {name: "" if default is None else default for name, (_, _, default) in BESIDE.items()} | {"gate": ""}
-    controls |= {name: spare_parameter(name, experiment.interval) for name in METHOD_PARAMETERS}
-    controls |= experiment.to_dict()
+    controls = {**spare_controls(experiment.convention, experiment.interval), **experiment.to_dict()}
     if experiment.method is not None:
         # What is searched stands empty.
         searched = set(experiment.method.parameters) - set(experiment.parameters())
@@ -96,6 +90,15 @@ def controls_of(settings: Settings) -> dict[str, Any]:
     controls.update(dict.fromkeys(LIMIT_FIELDS, "") | settings.limits.given())
     controls["responsiveness"] = responsiveness(experiment, gains)
     return controls
+
+
+@lru_cache(maxsize=64)
+def spare_controls(convention: str, interval: float) -> Mapping[str, Any]:
+    """Where controls stand that no experiment in this convention and at this interval has set."""
+    gains = {name: rewrite(SPARE_GAINS[name], index, "normalised", convention) for index, name in enumerate(GAIN_NAMES)}
+    beside = {name: "" if default is None else default for name, (_, _, default) in BESIDE.items()}
+    parameters = {name: spare_parameter(name, interval) for name in METHOD_PARAMETERS}
+    return MappingProxyType({**SPARE_GAINS, **gains, **beside, "gate": "", **parameters})
 
 
 def spare_parameter(name: str, interval: float) -> Any:

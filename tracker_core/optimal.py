@@ -29,7 +29,7 @@ SMOOTHEST, MOST_RESPONSIVE = 1e-4, 100.0
 
 NUMBER = Domain()
 
-_ROUNDS = 4
+_ROUNDS = 3
 
 __all__ = [
     "MOST_RESPONSIVE",
@@ -150,8 +150,8 @@ def index_of_noise_gain(order: int, value: float) -> float:
     cell = int(np.searchsorted(gains, value))
     if cell in {0, len(gains)}:
         return SMOOTHEST if cell == 0 else MOST_RESPONSIVE
-    at = float(logs[cell])
     slope = float(logs[cell] - logs[cell - 1]) / log(gains[cell] / gains[cell - 1])
+    at = float(logs[cell]) + slope * log(value / gains[cell])
     # Over so short a step the logarithm is all but straight: every round gains two digits or more.
     for _ in range(_ROUNDS):
         at += slope * log(value / smoothed_variance(*steady_gains(order, exp(at))))
