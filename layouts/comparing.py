@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from layouts.entries import read_entries
 from layouts.pins import SLOTS
 from tracker_core import METRICS, Experiment, InputError
 from tracker_core.batch import KINDS
@@ -54,15 +55,8 @@ FIGURE_TITLES = {name: METRICS[name].title for name in FIGURES}
 
 def read_comparing(values: Mapping[str, Any]) -> tuple[Comparing, list[InputError]]:
     """What is compared; nothing and empty texts mean the default, what cannot be used is left out and reported."""
-    comparing, errors = Comparing(), []
-    for name, read in _READERS.items():
-        if values.get(name) in (None, ""):
-            continue
-        try:
-            comparing = replace(comparing, **{name: read(values[name])})
-        except InputError as error:
-            errors.append(error)
-    return comparing, errors
+    read, errors = read_entries(_READERS, values)
+    return Comparing(**read), errors
 
 
 def comparing_controls(comparing: Comparing) -> dict[str, Any]:

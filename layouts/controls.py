@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from types import MappingProxyType
 from typing import Any
 
 from layouts.comparing import comparing_controls, read_comparing
@@ -26,7 +28,7 @@ from tracker_core.experiment import BESIDE, PARAMETERS, read_experiment
 from tracker_core.fields import FIELDS
 from tracker_core.optimal import index_of_noise_gain, path_share
 from tracker_core.recordings import Reading
-from tracker_core.responses import noise_gain
+from tracker_core.responses import smoothed_variance, steady_variance
 from tracker_core.types import GAIN_NAMES, STATE_NAMES
 
 SPARE_GAINS: dict[str, float] = {
@@ -61,15 +63,7 @@ def controls_of(settings: Settings) -> dict[str, Any]:
     """Every control as it stands for these settings."""
     experiment, axes = settings.experiment, settings.experiment.target.axes
     gains = present_gains(settings)
-    controls: dict[str, Any] = {
-        name: rewrite(SPARE_GAINS[name], GAIN_NAMES.index(name), "normalised", experiment.convention)
-        if name in GAIN_NAMES
-        else SPARE_GAINS[name]
-        for name in PARAMETERS
-    }
-    controls |= {name: "" if default is None else default for name, (_, _, default) in BESIDE.items()} | {"gate": ""}
-    controls |= {name: spare_parameter(name, experiment.interval) for name in METHOD_PARAMETERS}
-    controls |= experiment.to_dict()
+    controls = {**spare_controls(experiment.convention, experiment.interval), **experiment.to_dict()}
     if experiment.method is not None:
         # What is searched stands empty.
         searched = set(experiment.method.parameters) - set(experiment.parameters())
@@ -93,6 +87,15 @@ def controls_of(settings: Settings) -> dict[str, Any]:
     controls.update(dict.fromkeys(LIMIT_FIELDS, "") | settings.limits.given())
     controls["responsiveness"] = responsiveness(experiment, gains)
     return controls
+
+
+@lru_cache(maxsize=64)
+def spare_controls(convention: str, interval: float) -> Mapping[str, Any]:
+    """Where controls stand that no experiment in this convention and at this interval has set."""
+    gains = {name: rewrite(SPARE_GAINS[name], index, "normalised", convention) for index, name in enumerate(GAIN_NAMES)}
+    beside = {name: "" if default is None else default for name, (_, _, default) in BESIDE.items()}
+    parameters = {name: spare_parameter(name, interval) for name in METHOD_PARAMETERS}
+    return MappingProxyType({**SPARE_GAINS, **gains, **beside, "gate": "", **parameters})
 
 
 def spare_parameter(name: str, interval: float) -> Any:
@@ -122,8 +125,11 @@ def responsiveness(experiment: Experiment, gains: Gains) -> float | None:
     """
     if experiment.design == STEADY and experiment.tracking_index is not None:
         return path_share(experiment.tracking_index)
-    gain = float(noise_gain(gains.vector))
-    return None if gain != gain else path_share(index_of_noise_gain(gains.order, gain))
+    try:
+        noise = steady_variance(gains, smoothed_variance)
+    except InputError:
+        return None
+    return path_share(index_of_noise_gain(gains.order, noise))
 
 
 def preset_of(experiment: Experiment) -> str:

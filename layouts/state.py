@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
+from functools import partial
 from typing import Any
 from urllib.parse import urlencode
 
 from layouts.comparing import COMPARING_FIELDS, Comparing, comparing_query, read_comparing
+from layouts.entries import read_entries
 from layouts.pins import SLOTS, Pin, read_pin
 from layouts.tuning import TUNING_FIELDS, Tuning, read_tuning, tuning_query
 from tracker_core import Experiment, InputError
@@ -27,6 +29,8 @@ VIEW_FIELDS = (
 SWITCH = ("off", "on")
 LIMIT_FIELDS = ("limit_noise", "limit_lag", "limit_overshoot", "limit_settling")
 LIMIT = Domain(0, 1e9, low_open=True)
+
+_LIMIT_READERS: dict[str, Callable[[Any], Any]] = {name: partial(LIMIT.check, name) for name in LIMIT_FIELDS}
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,7 +198,6 @@ def _lenient(values: dict[str, Any]) -> tuple[Experiment, list[str]]:
 def read_view(values: Mapping[str, Any], experiment: Experiment) -> tuple[View, list[InputError]]:
     """The view that fits an experiment; what does not fit it is left at its default and reported."""
     axes = experiment.target.axes
-    view, errors = View(), []
     planes = {plane_name(plane): plane for plane in PLANES[experiment.order]}
     readers: dict[str, Callable[[Any], Any]] = {
         "axis": lambda value: axes.index(check_choice("axis", value, axes)),
@@ -206,30 +209,17 @@ def read_view(values: Mapping[str, Any], experiment: Experiment) -> tuple[View, 
         "input": lambda value: check_choice("input", value, INPUTS),
         "beside": lambda value: check_choice("beside", value, SWITCH) == SWITCH[True],
     }
-    for name, read in readers.items():
-        if values.get(name) in (None, ""):
-            continue
-        try:
-            view = replace(view, **{name: read(values[name])})
-        except InputError as error:
-            errors.append(error)
+    read, errors = read_entries(readers, values)
     comparing, wrong = read_comparing(values)
     tuning, wrong_tuning = read_tuning(values)
-    view = replace(view, comparing=comparing.fitted(experiment), tuning=tuning.fitted(experiment))
+    view = View(**read, comparing=comparing.fitted(experiment), tuning=tuning.fitted(experiment))
     return view, errors + wrong + wrong_tuning
 
 
 def read_limits(values: Mapping[str, Any]) -> tuple[Limits, list[InputError]]:
     """The limits; nothing and empty texts set none, what is no limit is left out and reported."""
-    limits, errors = Limits(), []
-    for name in LIMIT_FIELDS:
-        if values.get(name) in (None, ""):
-            continue
-        try:
-            limits = replace(limits, **{name: LIMIT.check(name, values[name])})
-        except InputError as error:
-            errors.append(error)
-    return limits, errors
+    read, errors = read_entries(_LIMIT_READERS, values)
+    return Limits(**read), errors
 
 
 def plane_name(plane: tuple[str, str]) -> str:

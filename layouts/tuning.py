@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from layouts.entries import read_entries
 from tracker_core import DESIGNS, Experiment, InputError
 from tracker_core.checks import Domain, check_choice
 from tracker_core.tuning import OBJECTIVES, PARAMETERS
@@ -51,11 +52,14 @@ class Tuning:
 
     def parameter(self, experiment: Experiment) -> str:
         """What a sweep varies: what was chosen, or where the filter has no such thing what it is made from."""
-        return self.against if self.against in offered(experiment) else own_parameter(experiment)
+        if self.against is not None and self.against in offered(experiment):
+            return self.against
+        return own_parameter(experiment)
 
     def fitted(self, experiment: Experiment) -> Tuning:
         """The same as it can be meant here: without what goes without saying for this filter, or cannot be known."""
-        fitted = replace(self, against=None) if self.parameter(experiment) == own_parameter(experiment) else self
+        goes_without_saying = self.against is not None and self.parameter(experiment) == own_parameter(experiment)
+        fitted = replace(self, against=None) if goes_without_saying else self
         return fitted if knows_truth(experiment) else fitted.blind()
 
     def blind(self) -> Tuning:
@@ -81,18 +85,18 @@ TUNING_FIELDS = {
 }
 """The attribute that each control, and each field of the link, sets."""
 
-_READERS: dict[str, Callable[[str, Any], Any]] = {
-    "tune": lambda name, value: check_choice(name, value, STUDIES),
-    "tune_for": lambda name, value: check_choice(name, value, OBJECTIVES),
-    "against": lambda name, value: check_choice(name, value, PARAMETERS),
-    "from": END.check,
-    "to": END.check,
-    "points": lambda name, value: int(POINTS.check(name, value)),
-    "cells": lambda name, value: int(CELLS.check(name, value)),
-    "budget": lambda name, value: int(BUDGET.check(name, value)),
-    "tune_runs": lambda name, value: int(RUNS.check(name, value)),
-    "noise_weight": WEIGHT.check,
-    "without_truth": lambda name, value: check_choice(name, value, _SWITCH) == _SWITCH[True],
+_READERS: dict[str, Callable[[Any], Any]] = {
+    "tune": lambda value: check_choice("tune", value, STUDIES),
+    "tune_for": lambda value: check_choice("tune_for", value, OBJECTIVES),
+    "against": lambda value: check_choice("against", value, PARAMETERS),
+    "from": lambda value: END.check("from", value),
+    "to": lambda value: END.check("to", value),
+    "points": lambda value: int(POINTS.check("points", value)),
+    "cells": lambda value: int(CELLS.check("cells", value)),
+    "budget": lambda value: int(BUDGET.check("budget", value)),
+    "tune_runs": lambda value: int(RUNS.check("tune_runs", value)),
+    "noise_weight": lambda value: WEIGHT.check("noise_weight", value),
+    "without_truth": lambda value: check_choice("without_truth", value, _SWITCH) == _SWITCH[True],
 }
 
 
@@ -105,14 +109,8 @@ def own_parameter(experiment: Experiment) -> str:
 
 def read_tuning(values: Mapping[str, Any]) -> tuple[Tuning, list[InputError]]:
     """What is asked for; nothing and empty texts are the default, what cannot be read is left there and reported."""
-    tuning, errors = Tuning(), []
-    for name, attribute in TUNING_FIELDS.items():
-        if values.get(name) in (None, ""):
-            continue
-        try:
-            tuning = replace(tuning, **{attribute: _READERS[name](name, values[name])})
-        except InputError as error:
-            errors.append(error)
+    read, errors = read_entries(_READERS, values)
+    tuning = Tuning(**{TUNING_FIELDS[name]: value for name, value in read.items()})
     return tuning.blind() if tuning.without_truth else tuning, errors
 
 

@@ -191,7 +191,7 @@ class Experiment:
 
     def parameters(self) -> dict[str, Any]:
         """What the method is told, by name; what is None is searched."""
-        return {name: getattr(self, name) for name in METHOD_PARAMETERS if getattr(self, name) is not None}
+        return {name: value for name in METHOD_PARAMETERS if (value := getattr(self, name)) is not None}
 
     @property
     def hindsight(self) -> str:
@@ -218,7 +218,7 @@ class Experiment:
         """
         for name, value in self.parameters().items():
             raise InputError(name, f"must be left out for the design '{self.design}'", value)
-        given = {name: getattr(self, name) for name in PARAMETERS if getattr(self, name) is not None}
+        given = {name: value for name in PARAMETERS if (value := getattr(self, name)) is not None}
         if self.design != MANUAL:
             return Gains.normalised(DESIGNS[self.design].gains(self.order, **given)).to(self.convention)
         wanted = GAIN_NAMES[: self.order]
@@ -259,13 +259,15 @@ class Experiment:
         Args:
             minimal: leave out what `from_dict` would fill in by itself.
         """
-        values = {item.name: getattr(self, item.name) for item in fields(self)}
-        values = {name: value for name, value in values.items() if value is not None}
-        usual = {**_usual(self.target, self.design, self.order), "scenario": DEFAULTS["scenario"]}
-        usual |= {name: value for name, value in _beside(values).items() if name not in usual}
+        values = {name: value for name in _NAMES if (value := getattr(self, name)) is not None}
         if minimal:
+            usual = {**_usual(self.target, self.design, self.order), "scenario": DEFAULTS["scenario"]}
+            usual |= {name: value for name, value in _beside(values).items() if name not in usual}
             values = {name: value for name, value in values.items() if usual.get(name) != value}
         return {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
+
+
+_NAMES = tuple(item.name for item in fields(Experiment))
 
 
 def read_experiment(values: Mapping[str, Any]) -> tuple[Experiment | None, list[InputError]]:
@@ -330,8 +332,9 @@ def target_of(scenario: str, data: str | None, reading: str | None) -> Scenario:
     Raises:
         InputError: for an unknown scenario, a recording that is nowhere, or one that cannot be read like this.
     """
-    if scenario != RECORDING:
-        return SCENARIOS[check_choice("scenario", scenario, [*SCENARIOS, RECORDING])]
+    if scenario in SCENARIOS:
+        return SCENARIOS[scenario]
+    check_choice("scenario", scenario, (*SCENARIOS, RECORDING))
     if data is None:
         raise InputError("data", f"must be given where scenario is '{RECORDING}'", None)
     return target(data, proposed(data) if reading is None else reading)

@@ -11,7 +11,7 @@ from tracker_core.fields import INTERVAL
 from tracker_core.metrics import Metric
 from tracker_core.optimal import distance_from_optimal
 from tracker_core.poles import damping_ratio, poles
-from tracker_core.responses import lag_coefficient, noise_gain, step_figures, variance_reduction
+from tracker_core.responses import lag_coefficient, predicted_variance, smoothed_variance, steady_variance, step_figures
 from tracker_core.stability import is_stable
 
 MERITS: dict[str, Metric] = {
@@ -63,7 +63,6 @@ def merits(gains: Gains, interval: float) -> dict[str, float | None]:
     vector = gains.vector
     overshoot, settling = (float(value) for value in step_figures(vector))
     figures |= {
-        "noise_gain": float(noise_gain(vector)),
         "unit_lag": float(lag_coefficient(vector)) * interval**gains.order,
         "overshoot": 100 * overshoot,
         "settling": settling * interval,
@@ -71,6 +70,7 @@ def merits(gains: Gains, interval: float) -> dict[str, float | None]:
     }
     # Rounding may hide that gains are stable.
     with suppress(InputError):
-        figures["predicted_noise_gain"] = variance_reduction(gains).predicted
+        figures["noise_gain"] = steady_variance(gains, smoothed_variance)
+        figures["predicted_noise_gain"] = steady_variance(gains, predicted_variance)
         figures["optimal_distance"] = distance_from_optimal(gains).percent
     return {name: value if value is not None and isfinite(value) else None for name, value in figures.items()}

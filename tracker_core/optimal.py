@@ -11,7 +11,7 @@ order 2: s^2 + L^2 (s + 4)/4 = 0; order 3: -s^3 + L^2 (s + 4)/4 = 0; order 4: s^
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from math import exp, log
 
 import numpy as np
@@ -19,9 +19,9 @@ import numpy as np
 from tracker_core.checks import POSITIVE, Domain, InputError
 from tracker_core.conventions import Gains
 from tracker_core.design.kalata import TRACKING_INDEX
-from tracker_core.design.steady_kalman import optimal_gains, prediction_variance
-from tracker_core.motion import transition
-from tracker_core.responses import noise_gain, steady_covariance, variance_reduction
+from tracker_core.design.steady_kalman import optimal_gains, prediction_variance, steady_gains
+from tracker_core.responses import noise_gain, predicted_variance, smoothed_variance, steady_variance
+from tracker_core.stability import margins
 from tracker_core.types import FloatArray
 
 SMOOTHEST, MOST_RESPONSIVE = 1e-4, 100.0
@@ -29,7 +29,7 @@ SMOOTHEST, MOST_RESPONSIVE = 1e-4, 100.0
 
 NUMBER = Domain()
 
-_ROUNDS = 4
+_ROUNDS = 3
 
 __all__ = [
     "MOST_RESPONSIVE",
@@ -67,15 +67,28 @@ def process_input(order: int) -> FloatArray:
 def process_gain(gains: Gains) -> float:
     """Variance of the predicted position's error per unit variance of the process noise (T = 1).
 
+    That error is (z + 1)/(2 p(z)) times the noise for orders 2 and 3, (z^2 + 4 z + 1)/(6 p(z)) for order 4, p being the
+    characteristic polynomial; the integral of its square over the unit circle, in closed form.
+
     Raises:
         InputError: for gains that are not stable by more than rounding.
     """
-    g, drive = gains.vector, process_input(gains.order)
-    left = drive - g * drive[0]
-    f = transition(gains.order, 1.0)[0]
-    return float(f @ steady_covariance(gains, np.outer(left, left)) @ f + drive[0] ** 2)
+    return steady_variance(gains, _process_gain)
 
 
+def _process_gain(*g: float) -> float:
+    a, b = g[:2]
+    if len(g) == 2:
+        return 1 / (2 * a * b)
+    c, lower_roof = g[2], margins(*g[:3])[-1]
+    if len(g) == 3:
+        return a / (c * lower_roof)
+    d = g[3]
+    *_, wall, roof = margins(*g)
+    return ((6 * lower_roof + a * d) / d + (2 * c * (2 - a) - a * d) / wall) / (4 * roof)
+
+
+@lru_cache(maxsize=64)
 def distance_from_optimal(gains: Gains) -> Distance:
     """By how much gains miss the optimum, on the model that suits them best.
 
@@ -87,11 +100,11 @@ def distance_from_optimal(gains: Gains) -> Distance:
     Raises:
         InputError: for gains that are not stable by more than rounding.
     """
-    noise, process = variance_reduction(gains).predicted, process_gain(gains)
-    logs, least = _least(gains.order)
+    noise, process = steady_variance(gains, predicted_variance), process_gain(gains)
+    logs, squares, least = _least(gains.order)
     with np.errstate(over="ignore"):
-        ratios = (noise + np.exp(2 * logs) * process) / least
-    step, best = logs[1] - logs[0], int(np.argmin(ratios))
+        ratios = (noise + squares * process) / least
+    best = int(np.argmin(ratios))
     at = float(logs[best])
 
     def ratio(at: float) -> float:
@@ -99,11 +112,18 @@ def distance_from_optimal(gains: Gains) -> Distance:
         return (noise + index**2 * process) / prediction_variance(gains.order, index)
 
     # The lowest point of the parabola through three, twice: the second time from very near.
-    for width in (step, step / 20) if 0 < best < len(logs) - 1 else ():
-        below, here, above = (ratio(at + shift) for shift in (-width, 0.0, width))
-        bend = below - 2 * here + above
-        at += min(1.0, max(-1.0, (below - above) / (2 * bend))) * width if bend > 0 else 0.0
+    if 0 < best < len(logs) - 1:
+        step = float(logs[1] - logs[0])
+        at += step * _lowest(*ratios[best - 1 : best + 2].tolist())
+        step /= 20
+        at += step * _lowest(*(ratio(at + shift) for shift in (-step, 0.0, step)))
     return Distance(max(0.0, 100 * (ratio(at) - 1)), _index(at))
+
+
+def _lowest(below: float, here: float, above: float) -> float:
+    """Where the parabola through values at -1, 0 and 1 is lowest, within those ends; 0 where it has no lowest point."""
+    bend = below - 2 * here + above
+    return min(1.0, max(-1.0, (below - above) / (2 * bend))) if bend > 0 else 0.0
 
 
 def _index(logarithm: float) -> float:
@@ -112,10 +132,10 @@ def _index(logarithm: float) -> float:
 
 
 @cache
-def _least(order: int) -> tuple[FloatArray, FloatArray]:
-    """Logarithms of tracking indices, and the least variance of the prediction for each."""
+def _least(order: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Logarithms of tracking indices, the squares of these, and the least variance of the prediction for each."""
     logs = np.linspace(log(TRACKING_INDEX.low), log(TRACKING_INDEX.high), 1001)
-    return logs, np.array([prediction_variance(order, _index(at)) for at in logs])
+    return logs, np.exp(2 * logs), np.array([prediction_variance(order, _index(at)) for at in logs.tolist()])
 
 
 def index_of_noise_gain(order: int, value: float) -> float:
@@ -130,11 +150,11 @@ def index_of_noise_gain(order: int, value: float) -> float:
     cell = int(np.searchsorted(gains, value))
     if cell in {0, len(gains)}:
         return SMOOTHEST if cell == 0 else MOST_RESPONSIVE
-    step, rise = logs[cell] - logs[cell - 1], log(gains[cell] / gains[cell - 1])
-    at = float(logs[cell])
+    slope = float(logs[cell] - logs[cell - 1]) / log(gains[cell] / gains[cell - 1])
+    at = float(logs[cell]) + slope * log(value / gains[cell])
     # Over so short a step the logarithm is all but straight: every round gains two digits or more.
     for _ in range(_ROUNDS):
-        at += step / rise * log(value / noise_gain(optimal_gains(order, exp(at))))
+        at += slope * log(value / smoothed_variance(*steady_gains(order, exp(at))))
     return exp(at)
 
 
@@ -142,7 +162,7 @@ def index_of_noise_gain(order: int, value: float) -> float:
 def _noise_gains(order: int) -> tuple[FloatArray, FloatArray]:
     """Logarithms of tracking indices along the path, and the noise gain of the optimal filter there, increasing."""
     logs = np.linspace(log(SMOOTHEST), log(MOST_RESPONSIVE), 1001)
-    return logs, noise_gain(np.array([optimal_gains(order, exp(at)) for at in logs]))
+    return logs, noise_gain(np.array([steady_gains(order, exp(at)) for at in logs.tolist()]))
 
 
 def path_index(share: float) -> float:

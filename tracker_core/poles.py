@@ -8,6 +8,7 @@ have their poles, no digits cancel.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from math import atan2, hypot, isfinite, log
 
 import numpy as np
@@ -59,6 +60,7 @@ def offset_polynomial(gains: Gains) -> FloatArray:
     return np.array(sums[: gains.order + 1])
 
 
+@lru_cache(maxsize=64)
 def poles(gains: Gains) -> tuple[complex, ...]:
     """Roots of the characteristic polynomial, largest magnitude first.
 
@@ -69,12 +71,20 @@ def poles(gains: Gains) -> tuple[complex, ...]:
     g = gains.vector
     # The products of all |1 - z| and of all |z|.
     if abs(g[-1]) < abs(1 - g[0]):
-        centre, roots = 1.0, np.roots(offset_polynomial(gains))
+        centre, polynomial = 1.0, offset_polynomial(gains)
     else:
-        centre, roots = 0.0, np.roots(characteristic_polynomial(gains))
-    # Roots at the centre itself lower the degree.
-    found = [complex(centre + root) for root in (*roots, *[0.0] * (gains.order - len(roots)))]
+        centre, polynomial = 0.0, characteristic_polynomial(gains)
+    found = [centre + root for root in _roots(polynomial)]
     return tuple(sorted(found, key=lambda root: (-abs(root), -root.imag)))
+
+
+def _roots(polynomial: FloatArray) -> list[complex]:
+    """The roots of a polynomial with a leading 1, highest power first: the eigenvalues of its companion matrix."""
+    degree = int(np.flatnonzero(polynomial)[-1])
+    companion = np.eye(degree, k=-1)
+    companion[:1] = -polynomial[1 : degree + 1]
+    # Roots at 0 lower the degree.
+    return [complex(root) for root in (*np.linalg.eigvals(companion), *[0.0] * (len(polynomial) - 1 - degree))]
 
 
 def padded(values: Iterable[float]) -> list[float]:
@@ -103,13 +113,13 @@ def gains_from_poles(roots: Sequence[complex]) -> FloatArray:
     scale = max(1.0, *(abs(value) ** len(values) for value in values))
     if any(abs(value.imag) > 1e-9 * scale for value in sums):
         raise InputError("poles", "must come in conjugate pairs", roots)
-    return gains_from_offsets([1 - value for value in values])
+    return np.array(gains_from_offsets([1 - value for value in values]))
 
 
-def gains_from_offsets(offsets: Sequence[complex]) -> FloatArray:
-    """The gains that place poles at 1 - u for the given u, which are closed under conjugation; shape (order,)."""
+def gains_from_offsets(offsets: Sequence[complex]) -> tuple[float, ...]:
+    """The gains that place poles at 1 - u for the given u, which are closed under conjugation."""
     e1, e2, e3, e4 = padded(value.real for value in symmetric_sums(offsets))
-    return np.array([e1 - e2 + e3 - e4, e2 - 1.5 * e3 + 11 / 6 * e4, e3 - 2 * e4, e4])[: len(offsets)]
+    return (e1 - e2 + e3 - e4, e2 - 1.5 * e3 + 11 / 6 * e4, e3 - 2 * e4, e4)[: len(offsets)]
 
 
 def symmetric_sums(values: Sequence[complex]) -> list[complex]:

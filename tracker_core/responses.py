@@ -6,8 +6,9 @@ measured position, that of the smoothed position (1 - g0) times as much.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from math import factorial
+from math import factorial, inf, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from tracker_core.conventions import Gains
 from tracker_core.filters import run_filter
 from tracker_core.motion import transition
 from tracker_core.poles import offset_polynomial
-from tracker_core.stability import is_stable, stable
+from tracker_core.stability import Number, is_stable, margins, stable
 from tracker_core.types import ORDERS, FloatArray, Measurements
 
 SETTLED = 0.02
@@ -129,48 +130,59 @@ def variance_reduction(gains: Gains, interval: float = 1.0) -> Variances:
 def noise_gain(vectors: FloatArray) -> FloatArray:
     """Variance of the smoothed position per unit measurement variance, in closed form.
 
-    Each order's is the solution of the Lyapunov equation by Cramer's rule; the denominators are what must be positive
-    for stability.
-
     Args:
         vectors: normalised gains, shape (..., order).
 
     Returns:
         Shape (...); NaN where the gains are not stable.
     """
-    numerator, denominator = (_noise2, _noise3, _noise4)[vectors.shape[-1] - 2](*np.moveaxis(vectors, -1, 0))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        return np.where(stable(vectors), numerator / denominator, np.nan)
+        return np.where(stable(vectors), smoothed_variance(*np.moveaxis(vectors, -1, 0)), np.nan)
 
 
-Ratio = tuple[FloatArray, FloatArray]
+def steady_variance(gains: Gains, formula: Callable[..., float]) -> float:
+    """A variance of one filter, from a formula of its normalised gains such as `predicted_variance`.
+
+    Raises:
+        InputError: for gains that are not stable, or by so little that the variance is beyond all numbers.
+    """
+    require_stable(gains)
+    try:
+        value = formula(*gains.to("normalised").values)
+    except ZeroDivisionError:
+        value = inf
+    if not isfinite(value):
+        raise InputError("gains", "must be stable by more than rounding", gains.values)
+    return value
 
 
-def _noise2(a: FloatArray, b: FloatArray) -> Ratio:
-    return 2 * a**2 + 2 * b - 3 * a * b, a * (4 - 2 * a - b)
+def smoothed_variance(*g: Number) -> Number:
+    """Of the smoothed position, per unit measurement variance: it mixes the prediction with a new measurement.
+
+    Args:
+        g: normalised gains of a stable filter, each a number or an array of one shape.
+    """
+    return (1 - g[0]) * (1 - g[0]) * predicted_variance(*g) + g[0] * g[0]
 
 
-def _noise3(a: FloatArray, b: FloatArray, c: FloatArray) -> Ratio:
-    wall, roof = 4 - 2 * a - b, 2 * a * b - c * (2 - a)
-    return 2 * b * (2 * a**2 + 2 * b - 3 * a * b) - a * c * wall, wall * roof
+def predicted_variance(*g: Number) -> Number:
+    """Of the predicted position, per unit measurement variance: arguments as for `smoothed_variance`.
 
-
-def _noise4(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> Ratio:
-    wall = 48 + d - 24 * a - 12 * b
-    roof = 6 * a * b * c + 3 * a * c**2 + a * c * d - 6 * a**2 * d - 6 * c**2
-    without_jerk = 36 * c * (2 * b * (2 * a**2 - 3 * a * b + 2 * b) + a * c * (2 * a + b - 4))
-    linear = 3 * (
-        72 * a**2 * b
-        - 48 * a**3
-        - 48 * a * b
-        - 40 * a**2 * c
-        - 6 * a * b * c
-        - a * c**2
-        + 96 * a * c
-        + 4 * b * c
-        - 48 * c
-    )
-    return without_jerk + d * linear + d**2 * (12 * a - 18 * a**2 + 3 * a * c - 2 * c), wall * roof
+    Each order's is the solution of the Lyapunov equation by Cramer's rule, F's first row from both sides; the
+    denominators are what must be positive for stability. Of the first two orders every term is positive.
+    """
+    a, b = g[:2]
+    if len(g) == 2:
+        *_, wall = margins(*g)
+        return (2 * a + b + 2 * b / a) / wall
+    c = g[2]
+    if len(g) == 3:
+        _, _, _, wall, _, roof = margins(*g)
+        return (2 * a + b + 2 * b * (2 * b + c) / roof) / wall
+    d = g[3]
+    *_, wall, roof = margins(*g)
+    rest = 36 * b * c * (2 * b + c) - d * (72 * (a * b + c) - 6 * (a * d + b * c) + c * (3 * c + d))
+    return (24 * a + 12 * b - d + 2 * rest / roof) / wall
 
 
 def require_stable(gains: Gains) -> None:

@@ -6,6 +6,7 @@ All formulas are in normalised gains g0 ... g3 and do not depend on the sampling
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from numpy.typing import NDArray
 from tracker_core.conventions import Gains
 from tracker_core.poles import characteristic_polynomial, poles
 from tracker_core.types import FloatArray
+
+Number = TypeVar("Number", float, FloatArray)
+"""One formula serves a single filter, in plain numbers, and many, in arrays."""
 
 INEQUALITIES: dict[int, tuple[str, ...]] = {
     2: ("α > 0", "2 − α > 0", "β > 0", "4 − 2α − β > 0"),
@@ -82,25 +86,24 @@ def region_margins(vectors: FloatArray) -> FloatArray:
     Returns:
         Shape (..., number of inequalities); all of a row are positive exactly where its gains are stable.
     """
-    g0, g1, *higher = np.moveaxis(np.asarray(vectors, dtype=np.float64), -1, 0)
-    if not higher:
-        return np.stack((g0, 2 - g0, g1, 4 - 2 * g0 - g1), axis=-1)
-    if len(higher) == 1:
-        g2 = higher[0]
-        return np.stack((g0, 2 - g0, g1, 4 - 2 * g0 - g1, g2, 2 * g0 * g1 - g2 * (2 - g0)), axis=-1)
-    g2, g3 = higher
-    product = 6 * g0 * g1 * g2 + 3 * g0 * g2**2 + g0 * g2 * g3
-    return np.stack(
-        (
-            g3,
-            g2,
-            4 * g0 - g2,
-            3 * g1 - g3,
-            48 + g3 - 24 * g0 - 12 * g1,
-            product - 6 * g0**2 * g3 - 6 * g2**2,
-        ),
-        axis=-1,
-    )
+    return np.stack(margins(*np.moveaxis(np.asarray(vectors, dtype=np.float64), -1, 0)), axis=-1)
+
+
+def margins(*g: Number) -> tuple[Number, ...]:
+    """The left-hand sides of the inequalities in INEQUALITIES.
+
+    Args:
+        g: two, three or four normalised gains, each a number or an array of one shape.
+    """
+    g0, g1 = g[:2]
+    if len(g) == 2:
+        return g0, 2 - g0, g1, 4 - 2 * g0 - g1
+    g2 = g[2]
+    if len(g) == 3:
+        return g0, 2 - g0, g1, 4 - 2 * g0 - g1, g2, 2 * g0 * g1 - g2 * (2 - g0)
+    g3 = g[3]
+    roof = 6 * g0 * g1 * g2 + 3 * g0 * (g2 * g2) + g0 * g2 * g3 - 6 * (g0 * g0) * g3 - 6 * (g2 * g2)
+    return g3, g2, 4 * g0 - g2, 3 * g1 - g3, 48 + g3 - 24 * g0 - 12 * g1, roof
 
 
 def stable(vectors: FloatArray) -> NDArray[np.bool_]:
@@ -110,13 +113,13 @@ def stable(vectors: FloatArray) -> NDArray[np.bool_]:
 
 def is_stable(gains: Gains) -> bool:
     """Whether every pole lies inside the unit circle, by the exact region."""
-    return bool(stable(gains.vector))
+    return all(margin > 0 for margin in margins(*gains.to("normalised").values))
 
 
 def region_conditions(gains: Gains) -> tuple[Condition, ...]:
     """The exact stable region of the order as inequalities (Jury's test, simplified)."""
-    margins = region_margins(gains.vector).tolist()
-    return tuple(Condition(*pair) for pair in zip(INEQUALITIES[gains.order], margins, strict=True))
+    found = margins(*gains.to("normalised").values)
+    return tuple(Condition(*pair) for pair in zip(INEQUALITIES[gains.order], found, strict=True))
 
 
 def jury_table(polynomial: FloatArray) -> tuple[Condition, ...]:

@@ -244,6 +244,14 @@ def test_steady_kalman_is_kalata_and_gray_murray(name, order, tracking_index):
     assert gains("steady-kalman", order, tracking_index=tracking_index) == pytest.approx(expected, rel=1e-12, abs=0)
 
 
+@given(exponent=st.floats(-12, 6))
+@example(exponent=math.log10(12 * math.sqrt(3)))
+def test_steady_kalman_of_order_three_is_gray_murray_everywhere(exponent):
+    """In the example two of the optimal poles are equal: below it they are complex, above it real."""
+    expected = gains("gray-murray", tracking_index=10.0**exponent)
+    assert optimal_gains(3, 10.0**exponent) == pytest.approx(expected, rel=1e-13, abs=0)
+
+
 def improved(g, tracking_index):
     """The gains that the covariance of a filter with gains g asks for, in eighty digits.
 

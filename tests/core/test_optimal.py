@@ -2,6 +2,7 @@
 
 import math
 
+import mpmath as mp
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,6 +11,7 @@ from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
 from scipy.optimize import minimize_scalar
 
 from tracker_core import DESIGNS, Gains, InputError
+from tracker_core.design.steady_kalman import prediction_variance
 from tracker_core.optimal import (
     MOST_RESPONSIVE,
     SMOOTHEST,
@@ -56,6 +58,50 @@ def test_process_gain_is_what_the_process_noise_adds(closed_loop, stable_gains, 
     for g in stable_gains(order, 30, seed=order, radius=0.9):
         added = position_variance(closed_loop, g, 2.0) - position_variance(closed_loop, g, 0.0)
         assert 4 * process_gain(Gains.normalised(g)) == pytest.approx(added, rel=1e-8, abs=1e-12)
+
+
+def exact_process_gain(g):
+    """In eighty digits: the sum of A^k L L' A'^k by doubling, L what the filter leaves of the process noise."""
+    with mp.workdps(80):
+        n = len(g)
+        gain = mp.matrix([mp.mpf(float(value)) for value in g])
+        drive = mp.matrix([mp.mpf(1) / round(1 / value) for value in DRIVE[n]])
+        f = mp.matrix(n, n)
+        for i in range(n):
+            for j in range(i, n):
+                f[i, j] = 1 / mp.factorial(j - i)
+        a, left = f - gain * f[0, :], drive - gain * drive[0]
+        p = left * left.T
+        for _ in range(60):
+            p, a = p + a * p * a.T, a * a
+        return float((f * p * f.T)[0, 0] + drive[0] ** 2)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_process_gain_keeps_its_digits(stable_gains, order):
+    """Of slow and quick filters, and of any with poles up to 0.9."""
+    optimal = [optimal_gains(order, index) for index in (1e-12, 1e-6, 0.01, 1, 100)]
+    for g in [*optimal, *stable_gains(order, 15, seed=order, radius=0.9)]:
+        assert process_gain(Gains.normalised(g)) == pytest.approx(exact_process_gain(g), rel=1e-13, abs=0)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize(
+    "tracking_index", [1e-12, 1e-9, 1e-6, 1e-3, 0.3, 20.784609690826528, 1e3, 1e6], ids="{:.3g}".format
+)
+def test_least_variance_keeps_its_digits(order, tracking_index):
+    """By spectral factorisation in sixty digits: the innovation's variance is 1 over the product of the poles."""
+    with mp.workdps(60):
+        square = mp.mpf(tracking_index) ** 2
+        polynomial = {
+            2: [square, square / 4, 1],
+            3: [-square, -square / 4, 0, 1],
+            4: [square, square / 3, square / 36, 0, 1],
+        }[order]
+        sums = mp.polyroots(polynomial, maxsteps=500, extraprec=600, asc=True)
+        poles = [min(((s + 2 + sign * mp.sqrt(s * (s + 4))) / 2 for sign in (1, -1)), key=abs) for s in sums]
+        expected = float(mp.re(1 / mp.fprod(poles)) - 1)
+    assert prediction_variance(order, tracking_index) == pytest.approx(expected, rel=1e-13, abs=0)
 
 
 # Distance ----------------------------------------------------------------------------------------------------------
@@ -121,6 +167,13 @@ def test_a_step_off_the_curve_costs_its_square():
 @pytest.mark.parametrize("g", [(0.5, 3.5), (0.5, 0.0), (0.5, 0.3, 5.0), (0.5, 0.3, 0.1, 0.0)], ids=str)
 def test_unstable_gains_are_at_no_distance_from_anything(g):
     with pytest.raises(InputError, match="^gains must be stable"):
+        distance_from_optimal(Gains(g))
+
+
+@pytest.mark.parametrize("g", [(1e-310, 1e-320), (1e-155, 1e-155), (1e-100, 1e-200, 1e-310)], ids=str)
+def test_gains_that_are_all_but_nothing_are_at_no_distance_either(g):
+    """What the process noise does to them is beyond all numbers."""
+    with pytest.raises(InputError, match="^gains must be stable by more than rounding"):
         distance_from_optimal(Gains(g))
 
 

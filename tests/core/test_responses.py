@@ -17,7 +17,10 @@ from tracker_core.responses import (
     frequency_response,
     lag_coefficient,
     noise_gain,
+    predicted_variance,
+    smoothed_variance,
     steady_covariance,
+    steady_variance,
     step_figures,
     time_response,
     variance_reduction,
@@ -42,6 +45,15 @@ def exact_variances(g):
             p, a = p + a * p * a.T, a * a
         predicted = (f * p * f.T)[0, 0]
         return [float(p[i, i]) for i in range(n)], float(predicted)
+
+
+def assert_closed_forms(g, digits):
+    """Those of the position, against sixty digits; for plain numbers and for arrays."""
+    smoothed, predicted = exact_variances(g)
+    gains, within = Gains.normalised(g), {"rel": 10.0**-digits, "abs": 0}
+    assert steady_variance(gains, smoothed_variance) == pytest.approx(smoothed[0], **within)
+    assert steady_variance(gains, predicted_variance) == pytest.approx(predicted, **within)
+    assert noise_gain(g) == pytest.approx(smoothed[0], **within)
 
 
 # Variances ---------------------------------------------------------------------------------------------------------
@@ -87,7 +99,7 @@ def test_variances_keep_twelve_digits(order, xi):
     found = variance_reduction(Gains.normalised(g))
     assert found.smoothed == pytest.approx(smoothed, rel=1e-12, abs=0)
     assert found.predicted == pytest.approx(predicted, rel=1e-12, abs=0)
-    assert noise_gain(g) == pytest.approx(smoothed[0], rel=1e-13, abs=0)
+    assert_closed_forms(g, 14)
 
 
 @pytest.mark.parametrize("order", ORDERS)
@@ -109,7 +121,7 @@ def test_noise_gain_is_the_lyapunov_solution(stable_gains, closed_loop, order):
 def test_noise_gain_keeps_twelve_digits(stable_gains, order):
     for g in stable_gains(order, 15, seed=order, radius=0.7):
         smoothed, predicted = exact_variances(g)
-        assert noise_gain(g) == pytest.approx(smoothed[0], rel=1e-12, abs=0)
+        assert_closed_forms(g, 13)
         found = variance_reduction(Gains.normalised(g))
         assert found.smoothed == pytest.approx(smoothed, rel=1e-12, abs=0)
         assert found.predicted == pytest.approx(predicted, rel=1e-12, abs=0)
@@ -148,6 +160,8 @@ def test_variances_are_those_of_simulated_noise(plain_track, stable_gains, order
 def test_unstable_gains_have_no_variances(g):
     with pytest.raises(InputError, match="^gains must be stable"):
         variance_reduction(Gains(g))
+    with pytest.raises(InputError, match="^gains must be stable, got"):
+        steady_variance(Gains(g), smoothed_variance)
     assert math.isnan(noise_gain(np.array(g, dtype=float)))
 
 
@@ -190,6 +204,16 @@ def test_variances_of_very_slow_filters_keep_their_digits(order, tracking_index)
     found = variance_reduction(Gains.normalised(g))
     assert found.smoothed == pytest.approx(smoothed, rel=1e-11, abs=0)
     assert found.predicted == pytest.approx(predicted, rel=1e-11, abs=0)
+    assert_closed_forms(g, 14)
+
+
+@pytest.mark.parametrize(
+    "poles", [(0.999, 0.5), (0.9999, 0.9, 0.3), (0.9999, 0.99, 0.5), (0.999, 0.99, 0.9, 0.3)], ids=str
+)
+def test_closed_forms_keep_their_digits_where_poles_are_far_apart(gains_with_poles, poles):
+    """Slow and fast poles side by side are near the roof of the region."""
+    (g,) = gains_with_poles(np.array([poles]))
+    assert_closed_forms(g, 11)
 
 
 def test_gains_that_rounding_puts_on_the_border_are_refused():

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Callable
-from math import prod
+from math import cbrt, inf, sqrt
 
 import numpy as np
 
@@ -30,7 +30,14 @@ def optimal_gains(order: int, tracking_index: float) -> FloatArray:
     Raises:
         InputError: for another order, or a tracking index outside.
     """
-    return gains_from_offsets([stable for stable, _ in _offsets(order, tracking_index)])
+    return np.array(steady_gains(order, tracking_index))
+
+
+def steady_gains(order: int, tracking_index: float) -> tuple[float, ...]:
+    """The same as plain numbers."""
+    if order not in ORDERS:
+        raise InputError("order", "must be 2, 3 or 4", order)
+    return gains_from_offsets(_offsets(order, TRACKING_INDEX.check("tracking_index", tracking_index)))
 
 
 def prediction_variance(order: int, tracking_index: float) -> float:
@@ -38,17 +45,13 @@ def prediction_variance(order: int, tracking_index: float) -> float:
 
     Arguments and errors as for `optimal_gains`.
     """
-    offsets = _offsets(order, tracking_index)
-    alpha = float(gains_from_offsets([stable for stable, _ in offsets])[0])
-    # 1/(1 - alpha) is the product of the poles' reciprocals; each form keeps its digits where the other loses them.
-    return alpha / (1 - alpha) if alpha < 1 / 2 else prod(1 - unstable for _, unstable in offsets).real - 1
+    g = steady_gains(order, tracking_index)
+    # L^2 = g_last^2/(1 - alpha) at every order: where alpha is near 1 the last gain has digits that 1 - alpha lost.
+    return g[0] * (tracking_index / g[-1]) ** 2
 
 
-def _offsets(order: int, tracking_index: float) -> list[tuple[complex, complex]]:
-    """u = 1 - z of every optimal pole, and of its reciprocal outside the unit circle."""
-    if order not in ORDERS:
-        raise InputError("order", "must be 2, 3 or 4", order)
-    index = TRACKING_INDEX.check("tracking_index", tracking_index)
+def _offsets(order: int, index: float) -> list[complex]:
+    """u = 1 - z of every optimal pole."""
     # Pairs of s and s + 4; where s is close to -4, the second follows from the equation with all its digits.
     if order == 2:
         pairs = [(s, -((2 * s / index) ** 2)) for s in _quadratic(index**2 / 4, index**2)]
@@ -58,7 +61,7 @@ def _offsets(order: int, tracking_index: float) -> list[tuple[complex, complex]]
         # s^2 = +-i L (s + 6)/6
         step = 1j * index / 6
         pairs = [(s, s + 4) for s in (*_quadratic(-step, -6 * step), *_quadratic(step, 6 * step))]
-    return [_inside_and_outside(*pair) for pair in pairs]
+    return [_stable_offset(*pair) for pair in pairs]
 
 
 def _quadratic(b: complex, c: complex) -> list[complex]:
@@ -69,25 +72,29 @@ def _quadratic(b: complex, c: complex) -> list[complex]:
 
 
 def _cubic(tracking_index: float) -> list[complex]:
-    """The roots of s^3 = L^2 (s + 4)/4, by way of s/L^(2/3), so that none is lost where L is small or large."""
-    scale = tracking_index ** (2 / 3)
-    roots = np.roots([1.0, 0.0, -(tracking_index ** (2 / 3)) / 4, -1.0])
-    return [complex(root) * scale for root in roots]
+    """The roots of s^3 = L^2 (s + 4)/4, by way of t = s/L^(2/3), so that none is lost where L is small or large.
+
+    t^3 = r t + 1, r = L^(2/3)/4, has one positive root, at most 1 + sqrt(r). From there Newton's steps go down to it;
+    they end where rounding keeps them from going on. The product of all roots is 1 and their sum 0, which leaves a
+    quadratic for the other two.
+    """
+    scale = cbrt(tracking_index) ** 2
+    ratio = scale / 4
+    root, lower = inf, 1 + sqrt(ratio)
+    while lower < root:
+        root, lower = lower, (2 * lower**3 + 1) / (3 * lower**2 - ratio)
+    return [scale * t for t in (root, *_quadratic(root, 1 / root))]
 
 
-def _inside_and_outside(s: complex, s_plus_4: complex) -> tuple[complex, complex]:
-    """u = 1 - z of the roots of z^2 - (s + 2) z + 1 = 0 inside and outside the unit circle."""
+def _stable_offset(s: complex, s_plus_4: complex) -> complex:
+    """u = 1 - z of the root of z^2 - (s + 2) z + 1 = 0 inside the unit circle."""
     root = cmath.sqrt(s * s_plus_4)
     # u^2 + s u - s = 0 has the roots u and u/(u - 1); the smaller magnitude of 1 - u is the stable one.
-    one, other = 2 * s / (s + root), 2 * s / (s - root)
-    return (one, other) if abs(1 - one) <= abs(1 - other) else (other, one)
+    return min(2 * s / (s + root), 2 * s / (s - root), key=lambda u: abs(1 - u))
 
 
 def _formula(order: int) -> Callable[[float], tuple[float, ...]]:
-    def gains(tracking_index: float) -> tuple[float, ...]:
-        return tuple(optimal_gains(order, tracking_index).tolist())
-
-    return gains
+    return lambda tracking_index: steady_gains(order, tracking_index)
 
 
 DESIGN = Design(
