@@ -26,7 +26,7 @@ from dash import Dash, register_page
 from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 
-from layouts import shell, takeaway
+from layouts import document, shell, takeaway
 from layouts.files import Store
 from layouts.incoming import MEGABYTE
 from layouts.pages import compare, data, explore, papers, stability, track, tune
@@ -34,6 +34,8 @@ from layouts.scenes import Scenes
 from layouts.services import Services
 from layouts.studies import Studies
 from layouts.uploads import MOST_BYTES, Uploads
+from server.compression import Compression
+from server.files import Files, Serving
 from tracker_core import DESIGNS, Experiment, run_experiment
 from tracker_core.batch import errors_of_runs
 from tracker_core.checks import Domain, InputError
@@ -80,6 +82,9 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
         assets_folder=str(ROOT / "assets"),
         assets_ignore=shell.THEME_SCRIPT,
         index_string=shell.INDEX,
+        include_pages_meta=False,
+        # A page's parts are not there before it is opened; that they are there then is tested.
+        suppress_callback_exceptions=True,
         title="Gainscope",
         update_title="",
         meta_tags=[{"name": "viewport", "content": "width=device-width, initial-scale=1"}],
@@ -89,6 +94,10 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
         page.register(app, services)
     app.layout = shell.frame
     _finish(app)
+    files = Files(ROOT / "compressed")
+    document.publish(app, files, ROOT / "assets")
+    server.add_middleware(Compression)
+    server.add_middleware(Serving, files=files)
     return app
 
 
