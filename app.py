@@ -24,7 +24,7 @@ from dash import Dash, register_page
 from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 
-from layouts import shell, takeaway, uploads
+from layouts import document, shell, takeaway, uploads
 from layouts.files import Store
 from layouts.incoming import MEGABYTE
 from layouts.pages import compare, data, explore, papers, stability, track, tune
@@ -33,7 +33,9 @@ from layouts.services import Services
 from layouts.studies import Studies
 from layouts.uploads import MOST_BYTES, Uploads
 from server import guard, metrics
+from server.compression import Compression
 from server.dispatch import Dispatch, finish
+from server.files import Files, Serving
 from server.settings import Settings
 from server.work import Work
 from tracker_core import DESIGNS, Experiment, run_experiment
@@ -73,6 +75,9 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
         assets_folder=str(ROOT / "assets"),
         assets_ignore=shell.THEME_SCRIPT,
         index_string=shell.INDEX,
+        include_pages_meta=False,
+        # A page's parts are not there before it is opened; that they are there then is tested.
+        suppress_callback_exceptions=True,
         title="Gainscope",
         update_title="",
         meta_tags=[{"name": "viewport", "content": "width=device-width, initial-scale=1"}],
@@ -96,6 +101,10 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
         page.register(app, services)
     app.layout = shell.frame
     finish(app, services.work)
+    files = Files(ROOT / "compressed")
+    document.publish(app, files, ROOT / "assets")
+    server.add_middleware(Compression)
+    server.add_middleware(Serving, files=files)
     guard.attach(server, Settings(), own_bounds={uploads.WAY_IN})
     return app
 

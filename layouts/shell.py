@@ -10,9 +10,11 @@ INDEX = """<!DOCTYPE html>
 <head>
 {%metas%}
 <title>{%title%}</title>
-{%favicon%}
-<script src="assets/theme.js"></script>
+<link rel="icon" type="image/svg+xml" href="/assets/favicon.svg">
+<script src="/assets/theme.js"></script>
 {%css%}
+<link rel="preload" as="script" href="/_dash-component-suites/dash/dcc/async-graph.js">
+<link rel="preload" as="script" href="/_dash-component-suites/plotly/package_data/plotly.min.js" fetchpriority="low">
 </head>
 <body>
 <a class="skip" href="#main">Skip to the page</a>
