@@ -31,8 +31,11 @@ def track_errors(
     varying = dt.shape[0] > 1
     now = np.empty((axes, 4))
     for c in range(gains.shape[0]):
-        now[:] = states
-        found[:, :, c] = 0.0
+        # Loops are compiled sooner than assignments of arrays.
+        for axis in range(axes):
+            for r in range(4):
+                now[axis, r] = states[axis, r]
+        _fill(found, c, 0.0)
         stopped = False
         t = dt[0]
         half, sixth = t * t / 2, t * t * t / 6
@@ -71,7 +74,15 @@ def track_errors(
             _add(found, 1, c, estimation)
             _add(found, 2, c, innovation)
         if stopped:
-            found[:, :, c] = np.nan
+            _fill(found, c, np.nan)
+
+
+@compiled
+def _fill(found: FloatArray, c: int, value: float) -> None:
+    """Give all sums of a filter one value."""
+    for kind in range(found.shape[0]):
+        for row in range(found.shape[1]):
+            found[kind, row, c] = value
 
 
 @compiled

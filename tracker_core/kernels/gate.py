@@ -154,7 +154,9 @@ def gated_track(
     `process` is the variance of the model's noise at `interval`. See `tracker_core.gating` for the rest.
     """
     axes, n, order = z.shape[0], z.shape[1], g.shape[0]
-    begin, opened = begins.min(), begins.max()
+    begin, opened = begins[0], begins[0]
+    for axis in range(axes):
+        begin, opened = min(begin, begins[axis]), max(opened, begins[axis])
     end = start_end(smoothed, begins, limit)
     forward, back = np.zeros(order + 1), np.zeros(order + 1)
     ahead, gain, learnt = np.ones(4), np.zeros(order), np.zeros(order)

@@ -208,7 +208,8 @@ def least_squares_start(
             gain[r] = covariance[r, 0] / (covariance[0, 0] + 1.0)
         if observed and gain[0] <= alpha:
             # The steady filter takes this sample over, and predicts it itself.
-            state[:] = smoothed[i - 1]
+            for r in range(order):
+                state[r] = smoothed[i - 1, r]
             return i
         for r in range(order):
             predicted[i, r] = state[r]
