@@ -119,6 +119,4 @@ def _settings(config: dict[str, Any], addresses: Mapping[str, str]) -> str:
     kept = {name: value for name, value in config.items() if name not in TOLD}
     # The only thing that depends on it is where plotly is asked for.
     kept |= {"serve_locally": False, "plotlyjs_url": addresses[PLOTLY]}
-    worker = kept["websocket"]["worker_url"].lstrip("/")
-    kept["websocket"] = kept["websocket"] | {"worker_url": addresses[_plain(worker)]}
     return json.dumps(kept, separators=(",", ":")).replace("<", "\\u003c")

@@ -1,4 +1,4 @@
-"""Dash's callbacks, each asked as it was declared or not at all; and the addresses of its pages.
+"""Dash's callbacks, each asked as it was declared or not at all.
 
 Dash takes the body of a request as it comes. Here it is read against one description: an output that there is, the
 inputs that its callback declares, and of every input the type that was described for it. A callback receives that type.
@@ -11,8 +11,8 @@ from collections.abc import Awaitable, Callable, Mapping
 from functools import partial
 from typing import Annotated, Any
 
-from dash import Dash, page_registry
-from dash.backends._fastapi import FastAPIDashServer, get_current_request, reset_current_request, set_current_request
+from dash import Dash
+from dash.backends._fastapi import FastAPIDashServer, get_current_request
 from fastapi import FastAPI, Request, Response
 from msgspec import Meta
 
@@ -65,17 +65,6 @@ class Dispatch(FastAPIDashServer):
         places = {str(place) for each in self._declared.values() for place in (*each.inputs, *each.state)}
         if places != self._readers.keys():
             raise LookupError(f"input without description, or the reverse: {sorted(places ^ self._readers.keys())}")
-        pages = {page["path"].strip("/") for page in page_registry.values()}
-
-        async def index(request: Request) -> Response:
-            token = set_current_request(request)
-            try:
-                status = 200 if request.url.path.strip("/") in pages else 404
-                return Response(app.index(), status, media_type="text/html")
-            finally:
-                reset_current_request(token)
-
-        self.server.add_api_route("/{path:path}", index, methods=["GET"], include_in_schema=False)
 
     def serve_callback(self, dash_app: Dash) -> Callable[[Request], Awaitable[Response]]:
         """Answers callbacks."""
@@ -123,7 +112,7 @@ class Dispatch(FastAPIDashServer):
         return {**place.plain(), "value": self._readers[str(place)](bytes(given.value))}
 
     def _setup_catchall(self) -> None:
-        """Dash would answer every address that is none with a good page; see `finish`."""
+        """Dash would answer every address that is none with a good page."""
 
 
 def _in_thread(callback: Callable[..., str], work: Work) -> Callable[..., Awaitable[str]]:
@@ -147,8 +136,7 @@ def describe(app: Dash, place: str, read: Reader[Any]) -> None:
 def finish(app: Dash, work: Work) -> None:
     """Do what Dash leaves to the first request, and close what can be asked; once everything else is attached.
 
-    A page other than the first would be answered before the pages' own callbacks are there. An address that is none is
-    answered with the page that says so, and the status of that.
+    A page other than the first would be answered before the pages' own callbacks are there.
 
     Args:
         app: the application.
