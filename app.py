@@ -31,6 +31,7 @@ from layouts.files import Store
 from layouts.incoming import MEGABYTE
 from layouts.pages import compare, data, explore, papers, stability, track, tune
 from layouts.scenes import Scenes
+from layouts.scenes import publish as publish_scenes
 from layouts.services import Services
 from layouts.studies import Studies
 from layouts.uploads import MOST_BYTES, Uploads
@@ -96,6 +97,7 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
     _finish(app)
     files = Files(ROOT / "compressed")
     document.publish(app, files, ROOT / "assets")
+    publish_scenes(files)
     server.add_middleware(Compression)
     server.add_middleware(Serving, files=files)
     return app
