@@ -29,6 +29,7 @@ from layouts.files import Store
 from layouts.incoming import MEGABYTE
 from layouts.pages import compare, data, explore, papers, stability, track, tune
 from layouts.scenes import Scenes
+from layouts.scenes import publish as publish_scenes
 from layouts.services import Services
 from layouts.studies import Studies
 from layouts.uploads import MOST_BYTES, Uploads
@@ -103,6 +104,7 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
     finish(app, services.work)
     files = Files(ROOT / "compressed")
     document.publish(app, files, ROOT / "assets")
+    publish_scenes(files)
     server.add_middleware(Compression)
     server.add_middleware(Serving, files=files)
     guard.attach(server, Settings(), own_bounds={uploads.WAY_IN})

@@ -786,7 +786,8 @@
       },
       useScene(token) {
         page.scene = token;
-        schedule();
+        // The first question takes it along.
+        if (page.seq) schedule();
       },
     },
   });

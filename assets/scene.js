@@ -27,7 +27,8 @@
 
   function address(token) {
     const base = JSON.parse(document.getElementById("_dash-config").textContent).requests_pathname_prefix;
-    return `${base}viser/${token}/?theme=${document.documentElement.dataset.theme}`;
+    // What stands behind # is not sent, and the page before it is the same for everyone: it is kept.
+    return `${base}viser/${document.documentElement.dataset.theme}/#${token}`;
   }
 
   function mount() {
@@ -87,7 +88,10 @@
       watcher.disconnect();
       mount();
     });
-    watcher.observe(place);
+    // In sight from the start, it is asked for together with everything else.
+    const { top, bottom } = place.getBoundingClientRect();
+    if (top < innerHeight && bottom > 0) mount();
+    else watcher.observe(place);
   });
 
   // ------------------------------------------------------------------ player

@@ -93,7 +93,12 @@ def document(app: Dash, addresses: Mapping[str, str]) -> str:
 
 def document_policy(text: str) -> str:
     """What the browser may do on behalf of the document; who may show it in a frame is not in it."""
-    return policy(*inline_scripts(text), style_src="'self' 'unsafe-inline'")
+    return policy(
+        *inline_scripts(text),
+        style_src="'self' 'unsafe-inline'",
+        # plotly makes the pictures of its figures from such.
+        img_src="'self' data: blob:",
+    )
 
 
 def _suites(app: Dash) -> dict[str, dict[str, Path]]:

@@ -37,16 +37,15 @@ def policy(*scripts: str, **more: str) -> str:
 
     Args:
         scripts: texts of the scripts that stand in it.
-        more: sources beside this server by directive, with _ for -; they replace what stands there.
+        more: other sources by directive, with _ for -, in the place of this server.
     """
     directives = {
         "default-src": "'self'",
-        "script-src": " ".join(("'self'", *map(source, scripts))),
-        "style-src": "'self'",
-        "img-src": "'self' data: blob:",
+        "script-src": "'self'",
         "object-src": "'none'",
         "base-uri": "'none'",
         "form-action": "'none'",
         **{name.replace("_", "-"): sources for name, sources in more.items()},
     }
+    directives["script-src"] = " ".join((directives["script-src"], *map(source, scripts)))
     return "; ".join(f"{name} {sources}" for name, sources in directives.items())

@@ -42,6 +42,28 @@ def thinned(samples: int) -> slice:
     return slice(None, None, max(1, -(-samples // DRAWN_MARKERS)))
 
 
+def grain(values: FloatArray) -> FloatArray:
+    """The step to which values are drawn that span so much: finer than a pixel a hundred times enlarged.
+
+    Args:
+        values: shape (n,) or (n, n_axes).
+
+    Returns:
+        Between 2^-17 and 2^-16 of their span, shape () or (n_axes,); a power of two, so that what is sent has fewer
+        digits. NaN where nothing is spanned.
+    """
+    known = np.isfinite(values)
+    span = np.max(values, axis=0, initial=-np.inf, where=known) - np.min(values, axis=0, initial=np.inf, where=known)
+    return np.exp2(np.floor(np.log2(np.where((span > 0) & np.isfinite(span), span, np.nan))) - 16)
+
+
+def grained(values: FloatArray, step: FloatArray | float) -> FloatArray:
+    """Values for drawing, rounded to a step; as they are where there is none."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        rounded = np.round(values / step) * step
+    return np.where(np.isfinite(rounded), rounded, values)
+
+
 def trace(kind: str, x: FloatArray, y: FloatArray, theme: str, **more: Any) -> dict[str, Any]:
     """One of the four series: the same colour, line and marker on every plot."""
     base: dict[str, Any] = {"type": "scatter", "name": NAMES[kind], "x": packed(x), "y": packed(y)}

@@ -6,7 +6,7 @@ from math import floor, log10
 
 import numpy as np
 
-from layouts.figures.common import META, Figure, drawn, padded_range, trace, xy
+from layouts.figures.common import META, Figure, drawn, grain, grained, padded_range, trace, xy
 from layouts.figures.track import refused
 from layouts.shown import Shown, beside_key, seen_key, target_key
 from layouts.theme import layout, tokens
@@ -42,13 +42,14 @@ def error_figure(shown: Shown) -> Figure:
     width = window(len(times))
     cursor = float(times[view.cursor(len(times))])
     data = []
+    step = grain(np.array((0.0, top)))
     for kind in errors:
-        faint = trace(kind, times[rows], visible(errors[kind], top)[rows], theme, showlegend=False)
+        faint = trace(kind, times[rows], grained(visible(errors[kind], top), step)[rows], theme, showlegend=False)
         faint["line"] = {"color": tokens(theme)[f"{kind}-faint"], "width": 1}
         data.append(faint if width > 1 else faint | {"visible": False})
     for kind, values in errors.items():
         smooth = running_rms(visible(values, top), width)
-        data.append(trace(kind, times[rows], smooth[rows], theme))
+        data.append(trace(kind, times[rows], grained(smooth, step)[rows], theme))
     data += [
         {
             "type": "scatter", "mode": "lines", "x": [float(times[0]), float(times[-1])], "y": [level, level],

@@ -6,7 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from layouts.figures.common import META, SERIES, Figure, clipped, drawn, packed, padded_range, thinned, trace, xy
+from layouts.figures.common import (
+    META,
+    SERIES,
+    Figure,
+    clipped,
+    drawn,
+    grain,
+    grained,
+    packed,
+    padded_range,
+    thinned,
+    trace,
+    xy,
+)
 from layouts.shown import Shown, beside_key, seen_key, target_key
 from layouts.state import View
 from layouts.theme import hollow, layout, tokens
@@ -71,7 +84,9 @@ def path_figure(shown: Shown) -> Figure:
     series = positions(result, view)
     rows = drawn(len(result.truth.times))
     limit = reach(np.concatenate((series["truth"], series["observed"])))
-    planes = {kind: plane_of(result, clipped(series[kind], limit), rows) for kind in SERIES}
+    step = position_grain(result)
+    shown_as = {kind: grained(clipped(series[kind], limit), step) for kind in SERIES}
+    planes = {kind: plane_of(result, shown_as[kind], rows) for kind in SERIES}
     # The axes are those of truth and measurements: they must not move while the gains do.
     still_x, still_y = (np.concatenate([planes[kind][i] for kind in ("truth", "observed")]) for i in (0, 1))
     cursor = view.cursor(len(result.truth.times))
@@ -79,7 +94,7 @@ def path_figure(shown: Shown) -> Figure:
     t = tokens(theme)
     some = thinned(len(result.truth.times))
     data = [trace(kind, *planes[kind], theme) for kind in SERIES]
-    data[1] = trace("observed", *plane_of(result, series["observed"], some), theme, marker=hollow(theme, 4))
+    data[1] = trace("observed", *plane_of(result, shown_as["observed"], some), theme, marker=hollow(theme, 4))
     data.append(
         {
             "type": "scatter", "mode": "markers", "x": [float(here[0][0])], "y": [float(here[1][0])],
@@ -101,6 +116,11 @@ def path_figure(shown: Shown) -> Figure:
             **axes_of(result, padded_range(still_x), padded_range(still_y)),
         ),
     }
+
+
+def position_grain(result: Result) -> FloatArray:
+    """The step to which the positions of a run are drawn where it is drawn whole, m, shape (n_axes,)."""
+    return grain(np.concatenate((result.truth.positions, result.measurements.positions)))
 
 
 def whereabouts(series: dict[str, FloatArray]) -> FloatArray:
@@ -194,11 +214,15 @@ def axis_figure(shown: Shown) -> Figure:
     smoothed = result.track.smoothed[:, view.axis, view.quantity]
     low_high = _axis_range(result, view, truth, observed, smoothed)
     limit = 100 * max(map(abs, low_high))
+    # Of positions the numbers are those of the path, which are sent once.
+    step = grain(np.array(low_high)) if view.quantity else position_grain(result)[view.axis]
+    truth, observed = grained(truth, step), grained(observed, step)
+    predicted, smoothed = (grained(clipped(values, limit), step) for values in (predicted, smoothed))
     data = [
         trace("truth", times[rows], truth[rows], theme),
         trace("observed", times[some], observed[some], theme, visible=view.quantity == 0, marker=hollow(theme, 4)),
-        trace("predicted", times[rows], clipped(predicted, limit)[rows], theme),
-        trace("smoothed", times[rows], clipped(smoothed, limit)[rows], theme),
+        trace("predicted", times[rows], predicted[rows], theme),
+        trace("smoothed", times[rows], smoothed[rows], theme),
     ]
     cursor = float(times[view.cursor(len(times))])
     data.append(

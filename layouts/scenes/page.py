@@ -1,28 +1,32 @@
-"""viser's page, made to fit: hidden controls, the colours of the theme, nothing from elsewhere."""
+"""viser's page, made to fit: hidden controls, the colours of the theme, nothing from elsewhere.
+
+It is the same for every browser, which keeps it: the secret that a scene is found by stands behind the # of its
+address, where no server sees it.
+"""
 
 from __future__ import annotations
 
-import gzip
-import hashlib
-from collections.abc import Mapping
+import importlib.util
+import re
 from functools import cache
 from importlib.metadata import version
-from importlib.resources import files
+from pathlib import Path
 
-from fastapi.responses import Response
+import numpy as np
+import zstandard
 
 from layouts.scenes.stage import channels
-from layouts.theme import tokens
-
-POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; worker-src blob:; img-src blob: data:; "
-    "connect-src 'self' blob: data:; style-src 'unsafe-inline'; font-src data:; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'self'"
-)
-"""The page is one file that unpacks itself, and needs nothing but its own socket."""
+from layouts.theme import THEMES, tokens
+from server.files import Files
+from server.policy import inline_scripts, policy
 
 HIDE = ".mantine-Paper-root,.mantine-Notifications-root,[data-portal]{display:none!important}"
 """viser's own controls and notices, of every width of the page."""
+
+DIGITS = b"!#$%()*+,-./0123456789:;=?@ABCDEFGHIJKLMNOPQRSTUVWXYZ[\\]^_abcdefghijklmnopqrstuvwxyz{|}~"
+"""Of the numbers of base 88 that viser's page carries its parts in: five for four bytes."""
+
+_PARTS = re.compile(r'<script data-p="(?P<packed>[^"]*)" data-ss="(?P<style>\d+)" data-cs="(?P<code>\d+)">')
 
 
 @cache
@@ -31,17 +35,33 @@ def protocol() -> str:
     return f"viser-v{version('viser')}"
 
 
-@cache
-def _adapted(theme: str) -> str:
+def publish(files: Files) -> None:
+    """Serve the page in every theme, at /viser/<theme>/#<token>."""
+    # It lies beside viser's code, which takes a second to import and is not needed here.
+    found = importlib.util.find_spec("viser")
+    if found is None or found.origin is None:
+        raise ModuleNotFoundError("viser is not installed")
+    text = Path(found.origin).with_name("client").joinpath("build", "index.html").read_text(encoding="utf-8")
+    code = unpacked(text)
+    for theme in THEMES:
+        page = adapted(text, theme)
+        headers = {"Content-Security-Policy": page_policy(page, code), "Referrer-Policy": "no-referrer"}
+        files.add(f"/viser/{theme}/", page.encode(), "text/html; charset=utf-8", headers)
+
+
+def adapted(text: str, theme: str) -> str:
     """viser's page with a script and a style before everything else."""
-    text = files("viser").joinpath("client/build/index.html").read_text(encoding="utf-8")
     t = tokens(theme)
     ink, paper = (", ".join(f"{part / 255:.4f}" for part in channels(t[name])) for name in ("ink-soft", "surface"))
     script = (
+        # It connects to its own address, and obeys whatever else that says, such as another server to connect to.
+        '{const t=/^#([0-9a-f]{32})$/.exec(location.hash);history.replaceState(null,"","../"+(t?t[1]:"nobody"))}'
         # It connects again only while it has the focus, which a frame seldom has.
         'document.hasFocus=()=>document.visibilityState==="visible";'
         'document.addEventListener("visibilitychange",()=>dispatchEvent(new Event("focus")));'
         f"window.__VISER_EMBED_CONFIG__={{darkMode:{str(theme == 'dark').lower()}}};"
+        # A part that nothing here needs makes code of text at its beginning, which the policy forbids.
+        'addEventListener("unhandledrejection",(e)=>{if(e.reason instanceof EvalError)e.preventDefault()});'
         # Its labels are black on white whatever the theme.
         "{const p=WebGL2RenderingContext.prototype,f=p.shaderSource;p.shaderSource=function(s,text){"
         f'return f.call(this,s,text.replace("vec4(0.0, 0.0, 0.0, a)","vec4({ink}, a)")'
@@ -51,27 +71,53 @@ def _adapted(theme: str) -> str:
     return text.replace("<head>", f"<head><script>{script}</script><style>{style}</style>", 1)
 
 
-@cache
-def _packed(theme: str) -> tuple[bytes, bytes, str]:
-    """The page, the page compressed, and its tag."""
-    data = _adapted(theme).encode()
-    return data, gzip.compress(data, 6), f'"{hashlib.sha256(data).hexdigest()[:32]}"'
+def unpacked(text: str) -> str:
+    """The code that viser's page unpacks and runs; the policy has to name it.
+
+    Raises:
+        ValueError: for a page that is packed in another way.
+    """
+    parts = _PARTS.search(text)
+    if parts is None:
+        raise ValueError("viser's page is packed in another way than that of the version that is locked")
+    style, code = int(parts["style"]), int(parts["code"])
+    whole = zstandard.decompress(_bytes(parts["packed"]), max_output_size=style + code)
+    if len(whole) != style + code:
+        raise ValueError("viser's page does not say how long its parts are")
+    return whole[style:].decode()
 
 
-def client_page(theme: str, headers: Mapping[str, str]) -> Response:
-    """The answer to a request for the page; its address is private, so no shared cache may keep it."""
-    data, compressed, tag = _packed(theme)
-    answer = {
-        "Cache-Control": "private, no-cache",
-        "Content-Security-Policy": POLICY,
-        "ETag": tag,
-        "Referrer-Policy": "no-referrer",
-        "Vary": "Accept-Encoding",
-        "X-Content-Type-Options": "nosniff",
-    }
-    if headers.get("if-none-match") == tag:
-        return Response(status_code=304, headers=answer)
-    if "gzip" in headers.get("accept-encoding", ""):
-        data = compressed
-        answer["Content-Encoding"] = "gzip"
-    return Response(data, media_type="text/html", headers=answer)
+def _bytes(packed: str) -> bytes:
+    """What a number of base 88 stands for: big-endian groups of five digits, the last one with fewer."""
+    values = np.full(256, -1, dtype=np.int64)
+    values[list(DIGITS)] = np.arange(len(DIGITS))
+    digits = values[np.frombuffer(packed.encode("latin-1"), dtype=np.uint8)]
+    if digits.size and digits.min() < 0:
+        raise ValueError("viser's page carries what is no number of base 88")
+    whole, rest = divmod(digits.size, 5)
+    groups = digits[: 5 * whole].reshape(whole, 5) @ 88 ** np.arange(4, -1, -1)
+    last = 0
+    for digit in digits[5 * whole :].tolist():
+        last = 88 * last + digit
+    return groups.astype(">u4").tobytes() + (last.to_bytes(rest - 1, "big") if rest else b"")
+
+
+def page_policy(page: str, code: str) -> str:
+    """What viser's page may do: run what it is made of, and connect to this server.
+
+    Args:
+        page: the document.
+        code: that it unpacks.
+    """
+    return policy(
+        *inline_scripts(page),
+        code,
+        default_src="'none'",
+        # It unpacks itself by compiled code.
+        script_src="'wasm-unsafe-eval'",
+        style_src="'unsafe-inline'",
+        img_src="blob: data:",
+        font_src="data:",
+        connect_src="'self' blob: data:",
+        worker_src="blob:",
+    )

@@ -1,4 +1,4 @@
-"""The way to viser: its page and its socket at /viser/<token>/ of this server, and nothing else of it.
+"""The way to viser: its socket at /viser/<token> of this server, and nothing else of it.
 
 Only what the page must say passes towards viser, that is where its camera stands: viser obeys every message, and one
 of them opens a tunnel to the internet. Everything passes towards the browser.
@@ -13,15 +13,13 @@ import time
 from typing import TYPE_CHECKING
 
 import msgspec
-from fastapi import FastAPI, Request, WebSocket
-from fastapi.responses import PlainTextResponse, Response
+from fastapi import FastAPI, WebSocket
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 from websockets.typing import Subprotocol
 
-from layouts.scenes.page import client_page, protocol
+from layouts.scenes.page import protocol
 from layouts.scenes.sessions import TOKEN, RefusedError, Session
-from layouts.theme import THEMES
 from server.origin import same_origin
 from server.sockets import POLICY, TOO_LARGE
 
@@ -77,15 +75,7 @@ def is_camera(message: bytes) -> bool:
 
 
 def attach(server: FastAPI, scenes: Scenes) -> None:
-    """Serve viser's page and its socket."""
-
-    @server.get("/viser/{token}/")
-    async def page(token: str, request: Request) -> Response:
-        theme = request.query_params.get("theme", "light")
-        # viser's page obeys other parameters, such as another server to connect to.
-        if not TOKEN.fullmatch(token) or theme not in THEMES or set(request.query_params) - {"theme"}:
-            return PlainTextResponse("Not Found", 404)
-        return await asyncio.to_thread(client_page, theme, dict(request.headers))
+    """Serve viser's socket."""
 
     @server.websocket("/viser/{token}")
     async def socket(websocket: WebSocket, token: str) -> None:
