@@ -1,8 +1,12 @@
-"""Requests and sockets without a network, in the words of ASGI."""
+"""Requests and sockets without a network, in the words of ASGI; repeatable runs of laws."""
 
 import asyncio
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("server", derandomize=True, deadline=None, max_examples=100, print_blob=True)
+settings.load_profile("server")
 
 HOST = "gainscope.test:8050"
 
