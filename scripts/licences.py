@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from importlib.metadata import metadata
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).parents[1]
 LOCK = ROOT / "requirements" / "serve.txt"
@@ -16,8 +17,9 @@ PAGE = ROOT / "docs" / "licences.md"
 HEAD = """# Licences of what the image is made of
 
 Every package of `requirements/serve.txt` with its licence, as the package itself says it; written by
-`scripts/licences.py`. The texts are in the image, in each package's own folder `*.dist-info`. Besides them the image holds
-Python and the Debian packages of its base, whose licences are in `/usr/share/doc`.
+`scripts/licences.py`. The texts are in the image: in each package's own folder `*.dist-info`, and beside the scripts
+that a package brings for the browser (`*.LICENSE.txt`). Besides them the image holds Python and the Debian packages of
+its base, whose licences are in `/usr/share/doc`.
 
 | package | version | licence |
 | --- | --- | --- |
@@ -30,11 +32,11 @@ LONGEST = 60
 
 def licence(name: str) -> str:
     """What an installed package says of its licence."""
-    told = metadata(name)
-    classified = [text.removeprefix(CLASSIFIER) for text in told.get_all("Classifier", []) if text.startswith(CLASSIFIER)]
-    plain = (told.get("License") or "").strip()
-    brief = plain if plain and len(plain) <= LONGEST and "\n" not in plain else ""
-    return told.get("License-Expression") or brief or ", ".join(classified) or "see the package"
+    told: dict[str, Any] = metadata(name).json
+    classified = [text.removeprefix(CLASSIFIER) for text in told.get("classifier", []) if text.startswith(CLASSIFIER)]
+    plain = told.get("license", "").strip()
+    brief = plain if len(plain) <= LONGEST and "\n" not in plain else ""
+    return told.get("license_expression") or brief or ", ".join(classified) or "see the package"
 
 
 def locked() -> dict[str, str]:

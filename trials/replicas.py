@@ -14,8 +14,9 @@ import tempfile
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
 from pathlib import Path
+from subprocess import Popen
 
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
 from websockets.asyncio.client import connect
 from websockets.typing import Origin
 
@@ -102,30 +103,31 @@ def _pages(behind: Behind) -> Iterator[Finding]:
     """A page whose server stops, and one whose server is killed."""
     with sync_playwright() as playwright:
         browser = launch(playwright)
-        for word, end in (("stops", "terminate"), ("is killed", "kill")):
-            context = browser.new_context(viewport={"width": 1280, "height": 900})
-            context.set_default_timeout(60_000)
-            page = context.new_page()
-            broken: list[str] = []
-            page.on("pageerror", lambda error, broken=broken: broken.append(str(error)))
-            page.goto(f"http://127.0.0.1:{behind.port}/")
-            settle(page)
-            number = next(number for number in range(SERVERS) if behind.sockets(number))
-            _move(page, "ArrowRight")
-            server = behind.servers[number]
-            getattr(server.process, end)()
-            begun = time.perf_counter()
-            _move(page, "ArrowLeft")
-            yield at_most(f"a page whose server {word} draws again after", time.perf_counter() - begun,
-                          RECOVERS_WITHIN, "s")  # fmt: skip
-            begun = time.perf_counter()
-            elsewhere = _has_socket(behind, number)
-            yield Finding(f"its socket, when its server {word}", f"at another after {time.perf_counter() - begun:.1f} s"
-                          if elsewhere else "is at no other", "at another", elsewhere)  # fmt: skip
-            yield none_of("errors in the page", broken, "all of it")
-            context.close()
-            behind.replace(number)
+        for word, end in (("stops", Popen.terminate), ("is killed", Popen.kill)):
+            yield from _orphaned(behind, browser, word, end)
         browser.close()
+
+
+def _orphaned(behind: Behind, browser: Browser, word: str, end: Callable[[Popen[bytes]], None]) -> Iterator[Finding]:
+    broken: list[str] = []
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    context.set_default_timeout(60_000)
+    page = context.new_page()
+    page.on("pageerror", lambda error: broken.append(str(error)))
+    page.goto(f"http://127.0.0.1:{behind.port}/")
+    settle(page)
+    number = next(number for number in range(SERVERS) if behind.sockets(number))
+    _move(page, "ArrowRight")
+    end(behind.servers[number].process)
+    begun = time.perf_counter()
+    _move(page, "ArrowLeft")
+    drawn = time.perf_counter() - begun
+    yield at_most(f"a page whose server {word} draws again after", drawn, RECOVERS_WITHIN, "s")
+    elsewhere = _has_socket(behind, number)
+    yield Finding(f"its socket, when its server {word}", "at another" if elsewhere else "none", "at another", elsewhere)
+    yield none_of("errors in the page", broken, "all of it")
+    context.close()
+    behind.replace(number)
 
 
 def _move(page: Page, key: str) -> None:
@@ -151,7 +153,7 @@ def _has_socket(behind: Behind, gone: int) -> bool:
 
 
 async def _replaced(behind: Behind) -> list[Finding]:
-    """All servers are replaced, one after the other, while somebody at each goes on asking."""
+    """All servers are replaced, one after the other, while somebody at each goes on asking, and newcomers do."""
     cookies = {await _cookie(behind.port) for _ in range(60)}
     faults: list[str] = []
     seconds: list[float] = []
