@@ -12,7 +12,7 @@ from playwright.sync_api import CDPSession, Page, sync_playwright
 from benchmarks.serving import launch, running, settle
 from trials.report import Finding, at_most, none_of
 
-CHANGES, SHORT = 200, 14
+CHANGES, SHORT = 200, 7
 GROWTH = 20.0
 """Megabytes."""
 

@@ -103,8 +103,10 @@ def trial(short: bool = False) -> Iterator[Finding]:
     with tempfile.TemporaryFile() as log:
         with running(log) as it:
             yield from uvloop.run(_tried(it.port, bodies, messages))
-            yield Finding("the server is the same", "", "still running", it.process.poll() is None)
-        yield none_of("tracebacks in the log", tracebacks(log), "all")
+            yield Finding(
+                "the server", "runs" if it.process.poll() is None else "has ended", "runs", it.process.poll() is None
+            )
+        yield Finding("tracebacks in the log", str(len(tracebacks(log))))
 
 
 async def _tried(port: int, bodies: int, messages: int) -> list[Finding]:
@@ -116,7 +118,7 @@ async def _tried(port: int, bodies: int, messages: int) -> list[Finding]:
         findings += [
             none_of(f"{what}: faults", faults, f"{len(seconds)} mutated"),
             at_most(f"{what}: longest answer", longest, SECONDS, "s", timed=True),
-            none_of(f"{what}: the pages afterwards", await _checked(port, sample), "every page"),
+            none_of(f"{what}: pages that are gone afterwards", await _checked(port, sample), "every page"),
         ]
     return findings
 
@@ -210,7 +212,7 @@ async def _say(port: int, address: str, sample: Sample, random: Random) -> list[
                 await _send(socket, sample.messages[path], random)
             return await _heard(socket)
     except ConnectionClosed as closed:
-        return _ending(closed)
+        return _ending(path, closed)
     except (OSError, EOFError, TimeoutError) as error:
         return [f"{path}: {type(error).__name__} {error}"]
 
@@ -276,8 +278,8 @@ async def _heard(socket: ClientConnection) -> list[str]:
     return []
 
 
-def _ending(closed: ConnectionClosed) -> list[str]:
+def _ending(path: str, closed: ConnectionClosed) -> list[str]:
     """1011 is what a server says that has failed."""
     if closed.rcvd is None:
-        return ["the socket was cut off"]
-    return [f"the socket ended with {closed.rcvd.code}"] if closed.rcvd.code in (1011, 1006) else []
+        return [f"{path}: cut off"]
+    return [f"{path}: ended with {closed.rcvd.code}"] if closed.rcvd.code == 1011 else []

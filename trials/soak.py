@@ -86,10 +86,11 @@ async def _stay(port: int, server: psutil.Process, plan: Long, quiet: float) -> 
 
 async def _open_files(server: psutil.Process, enough: int, quiet: float) -> int:
     """Open files once there are few enough, or after so many seconds without users."""
-    until = time.monotonic() + quiet
-    while (count := int(server.num_fds())) > enough and time.monotonic() < until:
+    for _ in range(int(quiet / EVERY)):
+        if server.num_fds() <= enough:
+            break
         await asyncio.sleep(EVERY)
-    return count
+    return int(server.num_fds())
 
 
 async def _crowded(
