@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from dash import html
 from dash.development.base_component import Component
 
@@ -21,6 +23,7 @@ from layouts.filter_card import filter_card, status_row, target_card
 from layouts.pages.tune.answers import DESK
 from layouts.pages.tune.content import PLOT
 from layouts.pages.tune.rivals import HEAD
+from layouts.prepared import prepared
 from layouts.run_cards import run_card
 from layouts.state import plane_name
 from layouts.tuning import STUDIES
@@ -44,26 +47,31 @@ PLOT_LABEL = (
 def layout(**query: str) -> Component:
     """The page as a link describes it; what the link gets wrong is said above the study."""
     return html.Div(
-        [
-            *stores(DESK, query),
-            html.H1("Tune", className="visually-hidden"),
-            html.Form(
-                [filter_card("tune"), target_card("tune")],
-                className="controls",
-                **{"aria-label": "Filter, target and sensor"},
-            ),
-            status_row("tune"),
-            run_card("tune"),
-            _study_card(),
-            plot_card(
-                "tune-error", "The present filter's error",
-                "Distance of prediction and smoothed position from the truth over time, with the present gains.",
-            ),
-            html.Div(id="tune-live", className="visually-hidden", role="status"),
-        ],
+        [*stores(DESK, query), *_parts()],
         id="tune",
         className="desk",
         **{"data-state": "busy", "data-method": ""},
+    )
+
+
+@cache
+def _parts() -> tuple[Component, ...]:
+    """What is the same for every visit."""
+    return prepared(
+        html.H1("Tune", className="visually-hidden"),
+        html.Form(
+            [filter_card("tune"), target_card("tune")],
+            className="controls",
+            **{"aria-label": "Filter, target and sensor"},
+        ),
+        status_row("tune"),
+        run_card("tune"),
+        _study_card(),
+        plot_card(
+            "tune-error", "The present filter's error",
+            "Distance of prediction and smoothed position from the truth over time, with the present gains.",
+        ),
+        html.Div(id="tune-live", className="visually-hidden", role="status"),
     )  # fmt: skip
 
 
