@@ -6,6 +6,7 @@ from urllib.parse import urlencode
 
 import numpy as np
 import pytest
+from dash._utils import to_json
 
 from layouts import desk
 from layouts.desk import answer, beginning
@@ -46,7 +47,7 @@ def show(request_for):
 
 
 def test_without_a_recording_the_page_says_what_can_be_loaded(show):
-    text = json.dumps(layout().to_plotly_json(), default=lambda part: part.to_plotly_json())
+    text = to_json(layout())
     assert "latitude and longitude" in text
     for name in EXAMPLES:
         assert f'"{name}.csv"' in text
@@ -253,7 +254,7 @@ def test_what_the_gate_refuses_lies_above_it(show, example):
     gate = trace(open_figure, "Gate")
     assert (gate["x"], gate["y"], gate["showlegend"]) == ([], [], False)
     assert not trace(open_figure, "Not believed")["showlegend"]
-    text = json.dumps(layout().to_plotly_json(), default=lambda part: part.to_plotly_json())
+    text = to_json(layout())
     assert "Innovation and gate" not in text
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from urllib.parse import parse_qsl, urlsplit
 
 import pytest
 from dash import dcc, html
+from dash._utils import to_json
 from dash.development.base_component import Component
 
 from layouts.pages.papers import answers
@@ -288,5 +288,5 @@ def test_files_are_served(get):
 
 def test_a_document_is_smaller_than_what_a_page_may_weigh():
     for name in NAMES:
-        size = len(json.dumps(layout(paper=name).to_plotly_json(), default=lambda part: part.to_plotly_json()))
+        size = len(to_json(layout(paper=name)))
         assert size < 400_000, (name, size)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 
 from dash import html
 from dash.development.base_component import Component
@@ -22,6 +23,7 @@ from layouts.desk import stores
 from layouts.filter_card import axis_field, close_up_card, exaggerate_field, filter_card, status_row, target_card
 from layouts.pages.compare.answers import DESK
 from layouts.pins import SLOTS
+from layouts.prepared import prepared
 from layouts.theme import PIN_LOOKS
 from tracker_core.batch import KINDS
 
@@ -33,24 +35,29 @@ CHOICES = (PRESENT, *SLOTS)
 def layout(**query: str) -> Component:
     """The page as a link describes it; what the link gets wrong is said above the list."""
     return html.Div(
-        [
-            *stores(DESK, query),
-            html.H1("Compare", className="visually-hidden"),
-            html.Form(
-                [filter_card("compare"), target_card("compare")],
-                className="controls",
-                **{"aria-label": "Filter, target and sensor"},
-            ),
-            status_row("compare"),
-            _filters_card(),
-            *_plots(),
-            _metrics_card(),
-            _study_card(),
-            html.Div(id="compare-live", className="visually-hidden", role="status"),
-        ],
+        [*stores(DESK, query), *_parts()],
         id="compare",
         className="desk",
         **{"data-state": "busy", "data-method": ""},
+    )
+
+
+@cache
+def _parts() -> tuple[Component, ...]:
+    """What is the same for every visit."""
+    return prepared(
+        html.H1("Compare", className="visually-hidden"),
+        html.Form(
+            [filter_card("compare"), target_card("compare")],
+            className="controls",
+            **{"aria-label": "Filter, target and sensor"},
+        ),
+        status_row("compare"),
+        _filters_card(),
+        *_plots(),
+        _metrics_card(),
+        _study_card(),
+        html.Div(id="compare-live", className="visually-hidden", role="status"),
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from dash import html
 from dash.development.base_component import Component
 
@@ -10,6 +12,7 @@ from layouts.desk import stores
 from layouts.filter_card import status_row
 from layouts.pages.data.answers import DESK
 from layouts.pages.data.reading_card import reading_card
+from layouts.prepared import prepared
 from layouts.run_cards import run_card
 from tracker_core.fields import FIELDS
 
@@ -44,30 +47,35 @@ TAKEN = (
 def layout(**query: str) -> Component:
     """The page as a link describes it; what the link gets wrong is said above the plots."""
     return html.Div(
-        [
-            *stores(DESK, query),
-            html.H1("Data", className="visually-hidden"),
-            html.Form([_load_card(), reading_card()], className="controls", **{"aria-label": "Recording"}),
-            status_row("data"),
-            _file_card(),
-            _found_card(),
-            _suggestion_card(),
-            _take_card(),
-            run_card("data"),
-            plot_card(
-                "data-path", "Path", "The path as measured, predicted and smoothed, with what the gate has not "
-                "believed and where the sensor held its position.",
-            ),
-            plot_card("data-intervals", "Intervals", "The time from every row to the next, over time."),
-            plot_card(
-                "data-innovation", "Innovation", "How far every measurement lay from its prediction, over time; where "
-                "there is a gate, in standard deviations and beside it.",
-            ),
-            html.Div(id="data-live", className="visually-hidden", role="status"),
-        ],
+        [*stores(DESK, query), *_parts()],
         id="data",
         className="desk",
         **{"data-state": "busy", "data-method": "", "data-recording": "none"},
+    )
+
+
+@cache
+def _parts() -> tuple[Component, ...]:
+    """What is the same for every visit."""
+    return prepared(
+        html.H1("Data", className="visually-hidden"),
+        html.Form([_load_card(), reading_card()], className="controls", **{"aria-label": "Recording"}),
+        status_row("data"),
+        _file_card(),
+        _found_card(),
+        _suggestion_card(),
+        _take_card(),
+        run_card("data"),
+        plot_card(
+            "data-path", "Path", "The path as measured, predicted and smoothed, with what the gate has not "
+            "believed and where the sensor held its position.",
+        ),
+        plot_card("data-intervals", "Intervals", "The time from every row to the next, over time."),
+        plot_card(
+            "data-innovation", "Innovation", "How far every measurement lay from its prediction, over time; where "
+            "there is a gate, in standard deviations and beside it.",
+        ),
+        html.Div(id="data-live", className="visually-hidden", role="status"),
     )  # fmt: skip
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from dash import html
 from dash.development.base_component import Component
 
@@ -17,6 +19,7 @@ from layouts.filter_card import (
     target_card,
 )
 from layouts.pages.explore.answers import COMPARED, DESK, NUMBERS
+from layouts.prepared import prepared
 from layouts.run_cards import run_card
 from tracker_core.types import STATE_NAMES
 
@@ -24,19 +27,24 @@ from tracker_core.types import STATE_NAMES
 def layout(**query: str) -> Component:
     """The page as a link describes it; what the link gets wrong is said above the plots."""
     return html.Div(
-        [
-            *stores(DESK, query),
-            html.H1("Explore", className="visually-hidden"),
-            _controls(),
-            status_row("explore"),
-            run_card("explore"),
-            *_plots(),
-            _numbers_card(),
-            html.Div(id="explore-live", className="visually-hidden", role="status"),
-        ],
+        [*stores(DESK, query), *_parts()],
         id="explore",
         className="desk",
         **{"data-state": "busy", "data-method": ""},
+    )
+
+
+@cache
+def _parts() -> tuple[Component, ...]:
+    """What is the same for every visit."""
+    return prepared(
+        html.H1("Explore", className="visually-hidden"),
+        _controls(),
+        status_row("explore"),
+        run_card("explore"),
+        *_plots(),
+        _numbers_card(),
+        html.Div(id="explore-live", className="visually-hidden", role="status"),
     )
 
 

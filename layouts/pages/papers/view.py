@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 from dash import dcc, html
@@ -11,6 +12,7 @@ from dash.development.base_component import Component
 from layouts.components import GRAPH_CONFIG, typeset
 from layouts.figures.papers import KINDS
 from layouts.pages.papers.tables import KEYS, table_view, verdict_mark
+from layouts.prepared import prepared
 from layouts.state import Settings, to_query
 from layouts.text import error_text
 from tracker_core import InputError
@@ -23,12 +25,6 @@ RUNS = (("", "as many as usual"), ("20", "20"), ("100", "100"), ("300", "300"), 
 def layout(**query: str) -> Component:
     """The document that a link names, else the first; what the link gets wrong is said above it."""
     paper, seeds, notes = read(query)
-    cards = [_intro(paper, seeds, notes)]
-    cards += _section("Tables", (_table(paper, table, seeds) for table in paper.tables))
-    cards += _section("Figures", (_figure(paper, figure) for figure in paper.figures))
-    cards += _section("Errata", (_erratum(paper, erratum) for erratum in paper.errata))
-    cards += _section("Equations", (_equations(paper),))
-    cards += _section("Runs", (_runs(paper),))
     beginning = {
         "paper": paper.name,
         "seeds": seeds,
@@ -41,7 +37,7 @@ def layout(**query: str) -> Component:
             dcc.Store(id="papers-begun"),
             html.H1("The papers, run live", className="visually-hidden"),
             _contents(paper),
-            html.Div(cards, className="paper-parts"),
+            html.Div([_intro(paper, seeds, notes), *_parts(paper.name, seeds)], className="paper-parts"),
             # plotly comes with the first graph: it is loaded while the tables are computed.
             html.Div(dcc.Graph(figure={"data": [], "layout": {"meta": {}}}), hidden=True),
         ],
@@ -49,6 +45,18 @@ def layout(**query: str) -> Component:
         className="desk",
         **{"data-state": "busy", "data-paper": paper.name},
     )
+
+
+@lru_cache(maxsize=8)
+def _parts(name: str, seeds: int | None) -> tuple[Component, ...]:
+    """Everything of a document but its head: the same for every visit."""
+    paper = papers()[name]
+    cards = _section("Tables", (_table(paper, table, seeds) for table in paper.tables))
+    cards += _section("Figures", (_figure(paper, figure) for figure in paper.figures))
+    cards += _section("Errata", (_erratum(paper, erratum) for erratum in paper.errata))
+    cards += _section("Equations", (_equations(paper),))
+    cards += _section("Runs", (_runs(paper),))
+    return prepared(*cards)
 
 
 def read(query: Mapping[str, Any]) -> tuple[Paper, int | None, list[str]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from dash import html
 from dash.development.base_component import Component
 
@@ -9,6 +11,7 @@ from layouts.components import box_field, filled_table, plot_card, sample_cursor
 from layouts.desk import stores
 from layouts.filter_card import filter_card, metrics_card, status_row
 from layouts.pages.stability.answers import CARDS, DESK, NUMBERS
+from layouts.prepared import prepared
 from layouts.state import BACKGROUNDS, INPUTS, plane_name
 from layouts.text import LABELS
 from tracker_core.fields import FIELDS
@@ -28,33 +31,38 @@ LIMITS = {
 def layout(**query: str) -> Component:
     """The page as a link describes it; what the link gets wrong is said above the plots."""
     return html.Div(
-        [
-            *stores(DESK, query),
-            html.H1("Stability", className="visually-hidden"),
-            html.Form(
-                [filter_card("stability"), _limits_card()],
-                className="controls",
-                **{"aria-label": "Filter and limits"},
-            ),
-            status_row("stability"),
-            metrics_card("stability", CARDS, MERITS),
-            *_plots(),
-            _tests_card(),
-            scene_card(
-                "stability",
-                "The region of order 3",
-                "The stable region in alpha, beta, gamma with the present gains; drag to turn, wheel to zoom.",
-                "This browser offers no WebGL, so the region cannot be drawn in three dimensions; the map above shows "
-                "its slice through the present gains.",
-                [html.Span(id="stability-space", className="hint")],
-            ),
-            plot_card("stability-path", "Path", "The path of the target: true, observed, predicted and smoothed."),
-            _numbers_card(),
-            html.Div(id="stability-live", className="visually-hidden", role="status"),
-        ],
+        [*stores(DESK, query), *_parts()],
         id="stability",
         className="desk",
         **{"data-state": "busy", "data-method": ""},
+    )
+
+
+@cache
+def _parts() -> tuple[Component, ...]:
+    """What is the same for every visit."""
+    return prepared(
+        html.H1("Stability", className="visually-hidden"),
+        html.Form(
+            [filter_card("stability"), _limits_card()],
+            className="controls",
+            **{"aria-label": "Filter and limits"},
+        ),
+        status_row("stability"),
+        metrics_card("stability", CARDS, MERITS),
+        *_plots(),
+        _tests_card(),
+        scene_card(
+            "stability",
+            "The region of order 3",
+            "The stable region in alpha, beta, gamma with the present gains; drag to turn, wheel to zoom.",
+            "This browser offers no WebGL, so the region cannot be drawn in three dimensions; the map above shows "
+            "its slice through the present gains.",
+            [html.Span(id="stability-space", className="hint")],
+        ),
+        plot_card("stability-path", "Path", "The path of the target: true, observed, predicted and smoothed."),
+        _numbers_card(),
+        html.Div(id="stability-live", className="visually-hidden", role="status"),
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from dash import html
 from dash.development.base_component import Component
 
@@ -9,6 +11,7 @@ from layouts.components import plot_card, scene_card, select_field, slider
 from layouts.desk import stores
 from layouts.filter_card import error_card, filter_card, status_row, target_card
 from layouts.pages.track.answers import DESK
+from layouts.prepared import prepared
 from layouts.state import EXAGGERATIONS
 
 SPEEDS = (("10", "run in 10 s"), ("20", "run in 20 s"), ("60", "run in a minute"), ("300", "run in 5 minutes"))
@@ -24,23 +27,28 @@ FIELDS = {"truth": "field-with-truth", "refused": "field-refused"}
 def layout(**query: str) -> Component:
     """The page as a link describes it; what the link gets wrong is said above the scene."""
     return html.Div(
-        [
-            *stores(DESK, query),
-            html.H1("The track in three dimensions", className="visually-hidden"),
-            html.Form(
-                [filter_card("track"), target_card("track")],
-                className="controls",
-                **{"aria-label": "Filter, target and sensor"},
-            ),
-            status_row("track"),
-            _scene(),
-            plot_card("track-path", "Path", "The path of the target: true, observed, predicted and smoothed."),
-            error_card("track"),
-            html.Div(id="track-live", className="visually-hidden", role="status"),
-        ],
+        [*stores(DESK, query), *_parts()],
         id="track",
         className="desk",
         **{"data-state": "busy"},
+    )
+
+
+@cache
+def _parts() -> tuple[Component, ...]:
+    """What is the same for every visit."""
+    return prepared(
+        html.H1("The track in three dimensions", className="visually-hidden"),
+        html.Form(
+            [filter_card("track"), target_card("track")],
+            className="controls",
+            **{"aria-label": "Filter, target and sensor"},
+        ),
+        status_row("track"),
+        _scene(),
+        plot_card("track-path", "Path", "The path of the target: true, observed, predicted and smoothed."),
+        error_card("track"),
+        html.Div(id="track-live", className="visually-hidden", role="status"),
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from dash import html
 from dash.development.base_component import Component
 
@@ -20,6 +22,7 @@ from layouts.filter_card import error_card, filter_card, status_row, target_card
 from layouts.pages.tune.answers import DESK
 from layouts.pages.tune.content import PLOT
 from layouts.pages.tune.rivals import HEAD
+from layouts.prepared import prepared
 from layouts.run_cards import run_card
 from layouts.state import plane_name
 from layouts.tuning import STUDIES
@@ -43,24 +46,29 @@ PLOT_LABEL = (
 def layout(**query: str) -> Component:
     """The page as a link describes it; what the link gets wrong is said above the study."""
     return html.Div(
-        [
-            *stores(DESK, query),
-            html.H1("Tune", className="visually-hidden"),
-            html.Form(
-                [filter_card("tune"), target_card("tune")],
-                className="controls",
-                **{"aria-label": "Filter, target and sensor"},
-            ),
-            status_row("tune"),
-            run_card("tune"),
-            _study_card(),
-            error_card("tune", "The present filter's error"),
-            html.Div(id="tune-live", className="visually-hidden", role="status"),
-        ],
+        [*stores(DESK, query), *_parts()],
         id="tune",
         className="desk",
         **{"data-state": "busy", "data-method": ""},
-    )  # fmt: skip
+    )
+
+
+@cache
+def _parts() -> tuple[Component, ...]:
+    """What is the same for every visit."""
+    return prepared(
+        html.H1("Tune", className="visually-hidden"),
+        html.Form(
+            [filter_card("tune"), target_card("tune")],
+            className="controls",
+            **{"aria-label": "Filter, target and sensor"},
+        ),
+        status_row("tune"),
+        run_card("tune"),
+        _study_card(),
+        error_card("tune", "The present filter's error"),
+        html.Div(id="tune-live", className="visually-hidden", role="status"),
+    )
 
 
 def _study_card() -> Component:
