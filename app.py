@@ -81,8 +81,6 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
         suppress_callback_exceptions=True,
         title="Gainscope",
         update_title="",
-        # Every first page would carry all pages for its scripts to look through; the tests do that.
-        suppress_callback_exceptions=True,
         meta_tags=[{"name": "viewport", "content": "width=device-width, initial-scale=1"}],
     )
     server = app.server
