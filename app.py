@@ -1,73 +1,73 @@
-"""Gainscope: builds the server. `python app.py` serves it.
+"""Gainscope: builds the server. `python app.py` serves it; what may be set stands in docs/server.md.
 
-The only place that reads settings:
-
-GAINSCOPE_HOST              address to listen at (default 127.0.0.1)
-GAINSCOPE_PORT              port (default 8050)
-GAINSCOPE_DASK_SCHEDULER    address of a cluster that computes long studies (default none: this machine's threads do)
-GAINSCOPE_DATA              folder that recordings are kept in (default: gainscope in the user's data; empty: in memory)
-GAINSCOPE_DATA_MB           size of all of them together, in megabytes (default 1000)
-GAINSCOPE_DATA_DAYS         days for which one is kept that nobody uses (default 90)
-GAINSCOPE_UPLOAD_MB         size of one, in megabytes (default and most 10)
+The only place that reads the environment, but for what numba reads.
 """
 
 from __future__ import annotations
 
+import gc
+import logging
 import os
 import sys
 import threading
 from concurrent.futures import Executor
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import uvicorn
-from dash import Dash, register_page
-from fastapi import FastAPI
-from fastapi.responses import JSONResponse
-
-from layouts import document, shell, takeaway, uploads
-from layouts.files import Store
-from layouts.incoming import MEGABYTE
-from layouts.pages import compare, data, explore, papers, stability, track, tune
-from layouts.scenes import Scenes
-from layouts.scenes import publish as publish_scenes
-from layouts.services import Services
-from layouts.studies import Studies
-from layouts.uploads import MOST_BYTES, Uploads
-from server import guard, metrics
-from server.compression import Compression
-from server.dispatch import Dispatch, finish
-from server.files import Files, Serving
+from server import lifecycle, logs
+from server.lifecycle import Life, Server
 from server.settings import Settings
-from server.work import Work
-from tracker_core import DESIGNS, Experiment, run_experiment
-from tracker_core.batch import errors_of_runs
-from tracker_core.checks import Domain, InputError
+from tracker_core.checks import InputError
 from tracker_core.measured import look_in
-from tracker_core.run import observe, observe_runs
-from tracker_core.starts import STARTS
-from tracker_core.suggestion import suggest
 from tracker_core.tuning.cluster import Cluster
-from tracker_core.types import ORDERS
+
+if TYPE_CHECKING:
+    from dash import Dash
+
+    from layouts.files import Store
 
 ROOT = Path(__file__).parent
-PAGES = (explore, stability, tune, compare, data, track, papers)
-PORT = Domain(1, 65535, whole=True)
-DATA_MEGABYTES = Domain(1, 1e9)
-DATA_DAYS = Domain(1, 36_525)
-UPLOAD_MEGABYTES = Domain(0, MOST_BYTES / MEGABYTE, low_open=True)
+BAD_SETTING = 2
+"""Exit status."""
 
-READY = threading.Event()
-"""Set when the first page no longer has to wait for a compiler."""
+_LOG = logging.getLogger("gainscope")
+_USUAL = Settings()
 
 
-def build(executor: Executor | None = None, store: Store | None = None, upload_bytes: int = MOST_BYTES) -> Dash:
-    """The application with all pages, health routes and callbacks.
+def build(
+    settings: Settings = _USUAL, executor: Executor | None = None, store: Store | None = None, life: Life | None = None
+) -> Dash:
+    """The application with all pages, routes and callbacks, behind its guard.
 
     Args:
+        settings: what is set; it says nothing here of where to listen, and where recordings are kept `store` says.
         executor: where the parts of long studies are computed; None for this machine's threads.
         store: where recordings are kept; None for memory alone.
-        upload_bytes: that a recording may have.
+        life: what says whether the server is ready, and is told what to end; None for one that has only begun.
     """
+    # They take most of the time of a start, in which compiled code is being loaded.
+    from dash import Dash, register_page
+
+    from layouts import document, scenes, shell, takeaway
+    from layouts.incoming import MEGABYTE
+    from layouts.pages import compare, data, explore, papers, stability, track, tune
+    from layouts.services import Services
+    from layouts.studies import Studies
+    from layouts.uploads import WAY_IN, Uploads
+    from server import guard, metrics
+    from server.compression import Compression
+    from server.dispatch import Dispatch, finish
+    from server.files import Files, Serving
+    from server.work import Work
+
+    life = life or Life()
+    services = Services(
+        scenes.Scenes(settings.scenes),
+        Studies(executor, minutes=settings.study_minutes, waiting=settings.studies_waiting),
+        Work(seconds=settings.work_seconds),
+    )
+    life.at_stop(services.scenes.close)
+    life.at_stop(services.studies.stop)
     app = Dash(
         "gainscope",
         backend=Dispatch,
@@ -84,127 +84,102 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
         meta_tags=[{"name": "viewport", "content": "width=device-width, initial-scale=1"}],
     )
     server = app.server
-    _add_health(server)
-    metrics.attach(server)
-    Uploads(store, most_bytes=upload_bytes).attach(server)
+    life.attach(server)
+    metrics.attach(server, settings.metrics_token)
+    Uploads(store, most_bytes=int(settings.upload_mb * MEGABYTE)).attach(server)
     takeaway.attach(server)
     if store is not None:
         look_in(store.fetch)
-    services = Services(Scenes(), Studies(executor), Work())
-    services.scenes.attach(server)
-    metrics.watch(
-        "gainscope_scenes", "Scenes in three dimensions that are open.", lambda: services.scenes.stats().sessions
-    )
-    metrics.watch("gainscope_studies_running", "Studies that run.", lambda: services.studies.load()[0])
-    metrics.watch("gainscope_studies_waiting", "Studies that wait for their turn.", lambda: services.studies.load()[1])
-    for order, page in enumerate(PAGES):
+    services.attach(server)
+    for order, page in enumerate((explore, stability, tune, compare, data, track, papers)):
         register_page(page.__name__, path=page.PATH, name=page.NAME, title=page.TITLE, order=order, layout=page.layout)
         page.register(app, services)
     app.layout = shell.frame
     finish(app, services.work)
     files = Files(ROOT / "compressed")
     document.publish(app, files, ROOT / "assets")
-    publish_scenes(files)
+    scenes.publish(files)
+    # What is added last is met first.
     server.add_middleware(Compression)
     server.add_middleware(Serving, files=files)
-    guard.attach(server, Settings(), own_bounds={uploads.WAY_IN})
+    guard.attach(server, settings, own_bounds={WAY_IN})
     return app
 
 
-def _add_health(server: FastAPI) -> None:
-    @server.get("/livez")
-    async def livez() -> JSONResponse:
-        return JSONResponse({"status": "alive"})
+def prepare(life: Life) -> None:
+    """Have compiled code loaded by a thread, and before that compiled by others if there is none.
 
-    @server.get("/readyz")
-    async def readyz() -> JSONResponse:
-        ready = READY.is_set()
-        return JSONResponse({"status": "ready" if ready else "compiling"}, status_code=200 if ready else 503)
-
-
-def warm_up() -> None:
-    """Compile what every page needs, say that the server is ready, then compile what only some need.
-
-    A gate, a suggestion or a study that comes before that waits for its kernels; nothing else does.
+    The server is ready once what every page needs is loaded; whoever needs other kernels before they are there waits.
     """
-    for order in ORDERS:
-        for start in STARTS.values():
-            if order >= start.least_order:
-                run_experiment(Experiment.from_dict({"order": order, "xi": 0.8, "start": start.name, "samples": 20}))
-    READY.set()
-    gated = Experiment.from_dict({"samples": 20, "order": 2, "xi": 0.8, "gate": 4})
-    suggest(observe(gated)[1])
-    run_experiment(gated)
-    filters = [DESIGNS["fading-memory"].gains(order, xi=0.8) for order in ORDERS]
-    # Many filters in one run, many runs of one target, and runs of a target that is drawn as well.
-    for scenario, runs in (("jeong-ship", 1), ("jeong-ship", 100), ("singer", 100)):
-        drawn = Experiment.from_dict({"scenario": scenario, "samples": 20, "order": 2, "xi": 0.8})
-        errors_of_runs(observe_runs(drawn, range(runs)), filters)
+
+    def work() -> None:
+        # Numba alone takes half a second to import.
+        from tracker_core.kernels.loading import Loading
+
+        loading = Loading(lambda: life.reach("ready"))
+        life.at_stop(loading.stop)
+        loading.run()
+        # What is here now stays: the collector need not look at it again and again.
+        gc.freeze()
+
+    life.reach("compiling")
+    threading.Thread(target=work, name="kernels", daemon=True).start()
 
 
-def cluster(address: str) -> Executor | None:
-    """The executor of the cluster at an address; None for no address.
+def cluster(settings: Settings) -> Executor | None:
+    """The executor of the cluster that is set; None where none is.
 
     Raises:
         InputError: where no scheduler answers.
     """
-    if not address:
+    if not settings.dask_scheduler:
         return None
     try:
-        return Cluster(address)
+        return Cluster(settings.dask_scheduler)
     except InputError as error:
-        raise InputError("GAINSCOPE_DASK_SCHEDULER", error.rule, address) from error
+        name = "GAINSCOPE_DASK_SCHEDULER"
+        raise InputError(name, error.rule, settings.shown()[name]) from error
 
 
-def data_store() -> Store | None:
-    """Where recordings are kept, as the settings say; None for memory alone.
+def data_store(settings: Settings) -> Store | None:
+    """Where recordings are kept; None for memory alone."""
+    from layouts.files import Store
+    from layouts.incoming import MEGABYTE
 
-    Raises:
-        InputError: naming the setting, for a size or an age that is none.
-    """
-    megabytes = setting("GAINSCOPE_DATA_MB", "1000", DATA_MEGABYTES)
-    days = setting("GAINSCOPE_DATA_DAYS", "90", DATA_DAYS)
-    directory = os.environ.get("GAINSCOPE_DATA", _usual_directory())
-    if not directory:
+    if not settings.data:
         return None
-    return Store(Path(directory), most_bytes=int(megabytes * MEGABYTE), longest_age_days=days)
+    store = Store(Path(settings.data), most_bytes=int(settings.data_mb * MEGABYTE), longest_age_days=settings.data_days)
+    if store.problem:
+        _LOG.warning("Recordings are kept in memory alone: %s: %s", store.directory, store.problem)
+    return store
 
 
-def _usual_directory() -> str:
-    """The folder for data of the user that serves; empty where there is no such user."""
-    try:
-        home = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
-    except RuntimeError:
-        return ""
-    return str(Path(home) / "gainscope")
-
-
-def setting(name: str, usual: str, domain: Domain) -> float:
-    """A number from the environment.
+def serve(settings: Settings) -> None:
+    """Build the server and serve until stopped.
 
     Raises:
-        InputError: naming the setting.
+        InputError: for a setting that only trying shows to be wrong.
     """
-    return domain.check(name, os.environ.get(name, usual))
+    life = Life()
+    executor = cluster(settings)
+    if executor is not None:
+        life.at_stop(lambda: executor.shutdown(wait=False, cancel_futures=True))
+    prepare(life)
+    app = build(settings, executor, data_store(settings), life)
+    _LOG.info("Gainscope on http://%s:%d", settings.host, settings.port, extra={"settings": settings.shown()})
+    Server(lifecycle.config_of(settings, app.server), life, settings.drain_seconds).run()
 
 
 def main() -> int:
-    """Serve until stopped."""
-    host = os.environ.get("GAINSCOPE_HOST", "127.0.0.1")
+    """Serve as the environment says; returns the exit status: 0, or 2 for a bad setting."""
+    lifecycle.leave_at_once_until_served()
     try:
-        port = int(setting("GAINSCOPE_PORT", "8050", PORT))
-        upload_bytes = int(setting("GAINSCOPE_UPLOAD_MB", "10", UPLOAD_MEGABYTES) * MEGABYTE)
-        store = data_store()
-        executor = cluster(os.environ.get("GAINSCOPE_DASK_SCHEDULER", ""))
+        settings = Settings.from_environment(os.environ)
+        logs.start(settings.log, settings.log_level)
+        serve(settings)
     except InputError as error:
         print(f"gainscope: {error}", file=sys.stderr)
-        return 2
-    if store is not None and store.problem:
-        print(f"gainscope: recordings are kept in memory alone: {store.directory}: {store.problem}", file=sys.stderr)
-    app = build(executor, store, upload_bytes)
-    threading.Thread(target=warm_up, name="warm-up", daemon=True).start()
-    print(f"Gainscope on http://{host}:{port}", flush=True)
-    uvicorn.run(app.server, host=host, port=port, log_level="warning", timeout_graceful_shutdown=5)
+        return BAD_SETTING
     return 0
 
 

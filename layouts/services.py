@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from fastapi import FastAPI
+
 from layouts.scenes import Scenes
 from layouts.studies import Studies
+from server import metrics
 from server.work import Work
 
 
@@ -22,3 +25,11 @@ class Services:
     scenes: Scenes
     studies: Studies
     work: Work
+
+    def attach(self, server: FastAPI) -> None:
+        """Serve what is no page's, and show how much there is to do."""
+        self.scenes.attach(server)
+        watch = metrics.watch
+        watch("gainscope_scenes", "Scenes in three dimensions that are open.", lambda: self.scenes.stats().sessions)
+        watch("gainscope_studies_running", "Studies that run.", lambda: self.studies.load()[0])
+        watch("gainscope_studies_waiting", "Studies that wait for their turn.", lambda: self.studies.load()[1])

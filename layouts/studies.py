@@ -99,6 +99,10 @@ class Studies:
                 page.stop()
                 sending.cancel()
 
+    def stop(self) -> None:
+        """Begin nothing more: the server ends."""
+        self._drivers.shutdown(wait=False, cancel_futures=True)
+
     def outcome(self, study: Study) -> Progress[Any] | None:
         """What a study came to, if it has been run lately."""
         found = self._outcomes.get(study)

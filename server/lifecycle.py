@@ -22,6 +22,7 @@ from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 
 from server.settings import Settings
+from server.wire import Wire
 
 LONGEST = 9.0
 """Seconds from the word to stop to the end of the process."""
@@ -168,12 +169,13 @@ def config_of(settings: Settings, server: FastAPI) -> uvicorn.Config:
         server,
         host=settings.host,
         port=settings.port,
+        http=Wire,
         log_config=None,
         # Requests are logged by who knows their number.
         access_log=False,
         server_header=False,
-        proxy_headers=bool(settings.proxies),
-        forwarded_allow_ips=settings.proxies or None,
+        # The guard has to know whether a proxy asked, before anybody puts the client in its place.
+        proxy_headers=False,
         # Longer than proxies keep a connection: what they send into one that is being closed is lost.
         timeout_keep_alive=75,
         timeout_graceful_shutdown=max(1, int(LONGEST - ENDING - settings.drain_seconds)),

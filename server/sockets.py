@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Awaitable, Callable, Mapping
 from typing import TypeVar
 
@@ -17,10 +16,8 @@ T = TypeVar("T")
 MESSAGE_LIMIT = 20_000
 """Characters of one question; a longer one ends the connection."""
 
-UNREADABLE, POLICY, TOO_LARGE, FAILED = 1003, 1008, 1009, 1011
+UNREADABLE, POLICY, TOO_LARGE = 1003, 1008, 1009
 """Codes that a connection is closed with."""
-
-_LOG = logging.getLogger(__name__)
 
 
 async def listen(
@@ -51,9 +48,6 @@ async def listen(
             await hear(question)
     except WebSocketDisconnect:
         return
-    except Exception:  # noqa: BLE001 - whatever it was, the page must hear of it
-        _LOG.exception("A question could not be answered")
-        await websocket.close(FAILED)
 
 
 async def _text(websocket: WebSocket) -> str:

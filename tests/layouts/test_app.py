@@ -1,5 +1,6 @@
 """The server as a whole: health, the page's document, settings from the environment."""
 
+import asyncio
 import html.parser
 import json
 import os
@@ -8,9 +9,11 @@ import sys
 import threading
 from pathlib import Path
 
+import httpx
 import msgspec
 import orjson
 import pytest
+from fastapi import FastAPI
 
 import app
 from layouts.desk import answer
@@ -20,7 +23,7 @@ from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.pages.track.answers import DESK as TRACK
 from layouts.pages.tune.answers import DESK as TUNE
 from layouts.state import View
-from tracker_core import Experiment
+from server.lifecycle import Life
 
 ROOT = Path(__file__).parents[2]
 DESKS = (EXPLORE, STABILITY, COMPARE, TRACK, TUNE)
@@ -61,33 +64,39 @@ def document(get):
 # Health ------------------------------------------------------------------------------------------------------------
 
 
-def test_the_server_says_when_nobody_waits_for_a_compiler_any_more(get, monkeypatch):
-    monkeypatch.setattr(app, "READY", threading.Event())
-    assert (get("/livez").status_code, get("/livez").json()) == (200, {"status": "alive"})
-    assert (get("/readyz").status_code, get("/readyz").json()) == (503, {"status": "compiling"})
-    app.warm_up()
-    assert (get("/readyz").status_code, get("/readyz").json()) == (200, {"status": "ready"})
-    assert get("/livez").status_code == 200
+def test_the_server_says_how_far_it_has_come():
+    life = Life()
+    server = app.build(life=life).server
+
+    def get(path):
+        answer = asked(server, path)
+        return answer.status_code, answer.json()
+
+    for state, status in (("starting", 503), ("compiling", 503), ("ready", 200)):
+        life.reach(state)
+        assert get("/livez") == (200, {"status": "alive"})
+        assert get("/readyz") == (status, {"status": state})
+    life.stop()
+    assert get("/readyz") == (503, {"status": "stopping"})
+    assert get("/livez") == (200, {"status": "alive"})
 
 
-def test_warming_up_runs_every_order_and_start(monkeypatch):
-    monkeypatch.setattr(app, "READY", threading.Event())
-    runs = []
+def asked(server, path):
+    async def once():
+        async with httpx.AsyncClient(transport=httpx.ASGITransport(app=server), base_url="http://gainscope") as client:
+            return await client.get(path)
 
-    def run(experiment):
-        assert isinstance(experiment, Experiment)
-        # What only some need is compiled later.
-        assert app.READY.is_set() == (experiment.gate is not None)
-        if experiment.gate is None:
-            runs.append((experiment.order, experiment.start))
+    return asyncio.run(once())
 
-    monkeypatch.setattr(app, "run_experiment", run)
-    app.warm_up()
-    starts = ["known", "first", "two-point", "expanding"]
-    assert sorted(runs) == sorted(
-        [(o, s) for o in (2, 3, 4) for s in starts] + [(3, "three-point"), (4, "three-point")]
-    )
-    assert app.READY.is_set()
+
+def test_the_server_is_ready_when_its_kernels_are_loaded():
+    life, told = Life(), threading.Event()
+    reach = life.reach
+    life.reach = lambda state: (reach(state), told.set() if state == "ready" else None)
+    app.prepare(life)
+    assert life.state in ("compiling", "ready")
+    assert told.wait(600)
+    assert life.state == "ready"
 
 
 # The document ------------------------------------------------------------------------------------------------------
@@ -223,113 +232,108 @@ def test_the_callback_sends_what_moved_as_patches(call, controls_for, request_fo
 
 # Settings ----------------------------------------------------------------------------------------------------------
 
-BAD_PORTS = ["0", "65536", "-1", "80.5", "http", "", "8050 8051", "nan", "inf", "1e9"]
+
+@pytest.fixture
+def served(monkeypatch, tmp_path):
+    """What the server is built and served with, once for each call of `app.main`."""
+    seen = []
+
+    class Quiet:
+        def __init__(self, config, life, drain_seconds):
+            seen[-1] |= {"config": config, "life": life, "drain": drain_seconds}
+
+        def run(self):
+            seen[-1]["ran"] = True
+
+    def build(settings, executor, store, life):
+        seen.append({"settings": settings, "executor": executor, "store": store, "life": life})
+        return type("Built", (), {"server": FastAPI()})
+
+    for name in [name for name in os.environ if name.startswith("GAINSCOPE_")]:
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("GAINSCOPE_DATA", "")
+    monkeypatch.setattr(app, "build", build)
+    monkeypatch.setattr(app, "prepare", lambda life: None)
+    monkeypatch.setattr(app, "Server", Quiet)
+    monkeypatch.setattr(app.logs, "start", lambda form, level: None)
+    monkeypatch.setattr(app.lifecycle, "leave_at_once_until_served", lambda: None)
+    return seen
 
 
-@pytest.mark.parametrize("port", BAD_PORTS)
-def test_a_port_that_is_none_is_refused_in_one_line(monkeypatch, capsys, port):
+@pytest.mark.parametrize("port", ["0", "http", "", "1e9"])
+def test_a_port_that_is_none_is_refused_in_one_line(monkeypatch, served, capsys, port):
     monkeypatch.setenv("GAINSCOPE_PORT", port)
-    monkeypatch.setattr(app, "build", lambda *_: pytest.fail("it must not come to this"))
     assert app.main() == 2
+    assert served == []
     out, err = capsys.readouterr()
     assert out == ""
     assert err == f"gainscope: GAINSCOPE_PORT must be a whole number >= 1 and <= 65,535, got {port!r}\n"
 
 
-@pytest.mark.parametrize(
-    ("environment", "host", "port"),
-    [
-        ({}, "127.0.0.1", 8050),
-        ({"GAINSCOPE_PORT": "1"}, "127.0.0.1", 1),
-        ({"GAINSCOPE_PORT": "65535", "GAINSCOPE_HOST": "0.0.0.0"}, "0.0.0.0", 65535),
-    ],
-)
-def test_the_server_listens_where_it_is_told(monkeypatch, capsys, environment, host, port):
-    for name in ("GAINSCOPE_HOST", "GAINSCOPE_PORT", "GAINSCOPE_DASK_SCHEDULER"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("GAINSCOPE_DATA", "")
-    for name, value in environment.items():
-        monkeypatch.setenv(name, value)
-    served = {}
-    monkeypatch.setattr(app, "build", lambda *_: type("Built", (), {"server": "the server"}))
-    monkeypatch.setattr(app, "warm_up", lambda: served.update(warm=True))
-    monkeypatch.setattr(app.uvicorn, "run", lambda server, **options: served.update(options, server=server))
+def test_dash_s_tools_are_refused_in_production(monkeypatch, served, capsys):
+    monkeypatch.setenv("DASH_MCP_ENABLED", "true")
+    assert app.main() == 2
+    assert served == []
+    said = "gainscope: DASH_MCP_ENABLED must be false or left out in production, got 'true'\n"
+    assert capsys.readouterr().err == said
+    monkeypatch.setenv("GAINSCOPE_MODE", "development")
     assert app.main() == 0
-    assert (served["server"], served["host"], served["port"]) == ("the server", host, port)
-    assert capsys.readouterr().out == f"Gainscope on http://{host}:{port}\n"
 
 
-def test_studies_are_computed_where_the_setting_says(monkeypatch):
-    built = []
-    monkeypatch.setattr(
-        app, "build", lambda executor, *_: built.append(executor) or type("Built", (), {"server": None})
-    )
-    monkeypatch.setenv("GAINSCOPE_DATA", "")
-    monkeypatch.setattr(app, "warm_up", lambda: None)
-    monkeypatch.setattr(app.uvicorn, "run", lambda *_, **__: None)
+def test_the_server_listens_where_it_is_told_and_says_what_is_set(monkeypatch, served, caplog):
+    monkeypatch.setenv("GAINSCOPE_PORT", "65535")
+    monkeypatch.setenv("GAINSCOPE_HOST", "0.0.0.0")
+    monkeypatch.setenv("GAINSCOPE_METRICS_TOKEN", "kept-from-all")
+    monkeypatch.setenv("GAINSCOPE_DRAIN_SECONDS", "3")
+    with caplog.at_level("INFO"):
+        assert app.main() == 0
+    [seen] = served
+    assert (seen["config"].host, seen["config"].port, seen["drain"], seen["ran"]) == ("0.0.0.0", 65535, 3, True)
+    assert caplog.messages == ["Gainscope on http://0.0.0.0:65535"]
+    assert caplog.records[0].settings["GAINSCOPE_METRICS_TOKEN"] == "set"
+    assert "kept-from-all" not in str(vars(caplog.records[0]))
+
+
+def test_studies_are_computed_where_the_setting_says(monkeypatch, served):
     monkeypatch.setattr(app, "Cluster", lambda address: f"the cluster at {address}")
     for address, executor in (("", None), ("tcp://here:8786", "the cluster at tcp://here:8786")):
         monkeypatch.setenv("GAINSCOPE_DASK_SCHEDULER", address)
         assert app.main() == 0
-        assert built.pop() == executor
+        assert served.pop()["executor"] == executor
 
 
-def test_a_cluster_out_of_reach_is_said_in_one_line(monkeypatch, capsys):
-    monkeypatch.setenv("GAINSCOPE_DASK_SCHEDULER", "nonsense")
-    monkeypatch.setenv("GAINSCOPE_DATA", "")
-    monkeypatch.setattr(app, "build", lambda *_: pytest.fail("it must not come to this"))
+def test_a_cluster_out_of_reach_is_said_in_one_line_without_its_password(monkeypatch, served, capsys):
+    monkeypatch.setenv("GAINSCOPE_DASK_SCHEDULER", "user:kept-from-all@nonsense")
     assert app.main() == 2
+    assert served == []
     assert capsys.readouterr().err == (
         "gainscope: GAINSCOPE_DASK_SCHEDULER must be the address of a Dask scheduler that answers within 5 s, such as "
-        "tcp://host:8786, got 'nonsense'\n"
+        "tcp://host:8786, got '…@nonsense'\n"
     )
 
 
-@pytest.fixture
-def started(monkeypatch):
-    """What the server is built with."""
-    built = []
-    monkeypatch.setattr(app, "build", lambda *given: built.append(given) or type("Built", (), {"server": None}))
-    monkeypatch.setattr(app, "warm_up", lambda: None)
-    monkeypatch.setattr(app.uvicorn, "run", lambda *_, **__: None)
-    return built
-
-
-def test_recordings_are_kept_where_and_as_the_settings_say(monkeypatch, started, tmp_path, capsys):
+def test_recordings_are_kept_where_and_as_the_settings_say(monkeypatch, served, tmp_path, caplog):
     for name, value in {"DATA": str(tmp_path / "here"), "DATA_MB": "2.5", "DATA_DAYS": "7", "UPLOAD_MB": "0.5"}.items():
         monkeypatch.setenv(f"GAINSCOPE_{name}", value)
     assert app.main() == 0
-    [(_, store, upload_bytes)] = started
-    assert (store.directory, store.most_bytes, store.days) == (tmp_path / "here", 2_500_000, 7)
-    assert (store.problem, upload_bytes) == ("", 500_000)
-    assert capsys.readouterr().err == ""
+    store = served[0]["store"]
+    assert (store.directory, store.most_bytes, store.days, store.problem) == (tmp_path / "here", 2_500_000, 7, "")
+    assert served[0]["settings"].upload_mb == 0.5
+    assert caplog.messages == []
 
 
-def test_recordings_are_kept_in_the_user_s_data_else_in_memory(monkeypatch, started, tmp_path, capsys):
-    monkeypatch.delenv("GAINSCOPE_DATA", raising=False)
+def test_recordings_are_kept_in_the_user_s_data_else_in_memory(monkeypatch, served, tmp_path, caplog):
+    monkeypatch.delenv("GAINSCOPE_DATA")
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     assert app.main() == 0
-    assert started.pop()[1].directory == tmp_path / "gainscope"
+    assert served.pop()["store"].directory == tmp_path / "gainscope"
     monkeypatch.setenv("GAINSCOPE_DATA", "")
     assert app.main() == 0
-    assert started.pop()[1] is None
+    assert served.pop()["store"] is None
     (tmp_path / "file").touch()
     monkeypatch.setenv("GAINSCOPE_DATA", str(tmp_path / "file"))
-    capsys.readouterr()
     assert app.main() == 0
-    assert capsys.readouterr().err == (
-        f"gainscope: recordings are kept in memory alone: {tmp_path / 'file'}: File exists\n"
-    )
-
-
-@pytest.mark.parametrize(
-    ("name", "value"), [("DATA_MB", "0"), ("DATA_MB", "much"), ("DATA_DAYS", "0.5"), ("UPLOAD_MB", "11")]
-)
-def test_a_bound_that_is_none_is_refused_in_one_line(monkeypatch, started, capsys, name, value):
-    monkeypatch.setenv(f"GAINSCOPE_{name}", value)
-    assert app.main() == 2
-    assert started == []
-    assert capsys.readouterr().err.startswith(f"gainscope: GAINSCOPE_{name} must be a finite number")
+    assert caplog.messages == [f"Recordings are kept in memory alone: {tmp_path / 'file'}: File exists"]
 
 
 def test_a_bad_port_ends_the_program_with_status_2():

@@ -14,7 +14,7 @@ ALWAYS = (
     "content-security-policy", "cross-origin-opener-policy", "cross-origin-resource-policy", "permissions-policy",
     "referrer-policy", "x-content-type-options", "x-frame-options", "x-request-id",
 )  # fmt: skip
-IN_WORDS = ("/viser/", "/papers/", "/readyz")
+IN_WORDS = ("/readyz",)
 """Begin the addresses that say in words of their own what is not there."""
 
 SHAPE = {"field", "rule", "received", "message", "request"}

@@ -36,7 +36,9 @@ def _compile(options: argparse.Namespace) -> None:
     preparation = Preparation(target, ROOT, note)
     preparation.run()
     if preparation.missing:
-        raise InputError("level", f"must be one that {', '.join(preparation.missing)} can be compiled for", options.level)
+        raise InputError(
+            "level", f"must be one that {', '.join(preparation.missing)} can be compiled for", options.level
+        )
     if options.json:
         print_json(_summary(found, target.cpu, str(target.folder(ROOT))))
     else:

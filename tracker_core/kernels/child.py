@@ -1,7 +1,7 @@
-"""A process that compiles: `python -m tracker_core.kernels.child FOLDER` reads names of kernels, a line each, and says of
-each when it is done, as a JSON object a line.
+"""A process that compiles: `python -m tracker_core.kernels.child FOLDER`.
 
-It ends when nothing more can come, whatever it is doing: whoever wanted it is gone. Nobody else removes its folder then.
+It reads names of kernels, a line each, and says of each when it is done, as a JSON object a line. It ends when nothing
+more can come, whatever it is doing: whoever wanted it is gone, and nobody else would remove its folder.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ def main() -> None:
             os.nice(NICE)
         begun = time.process_time()
         make(getattr(kernels, name), name)
-        print(json.dumps({"kernel": name, "seconds": time.process_time() - begun}), flush=True)
+        sys.stdout.write(f"{json.dumps({'kernel': name, 'seconds': time.process_time() - begun})}\n")
+        sys.stdout.flush()
 
 
 def _listen(names: queue.SimpleQueue[str]) -> None:

@@ -10,7 +10,6 @@ from numba.extending import intrinsic
 
 from tracker_core.kernels.target import settle
 
-
 TARGET, ROOT = settle(config)
 """What the loops of this process are compiled for, and the folder of the folders that they are kept in."""
 

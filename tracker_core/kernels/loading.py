@@ -40,7 +40,7 @@ class Loading:
             # What could not be compiled elsewhere is compiled by whoever calls it.
             for name in SIGNATURES:
                 self._release(name)
-        self._reach(set(FIRST))
+            self._reach(set(FIRST))
 
     def stop(self) -> None:
         """End the compilers."""

@@ -129,11 +129,12 @@ class Preparation:
 
 def _ask(process: subprocess.Popen[str], name: str) -> float | None:
     """Have a kernel compiled; returns what it took, s of a processor, None if it failed."""
-    assert process.stdin is not None
-    assert process.stdout is not None
+    asking, answering = process.stdin, process.stdout
+    if asking is None or answering is None:
+        return None
     try:
-        process.stdin.write(f"{name}\n")
-        process.stdin.flush()
-        return float(json.loads(process.stdout.readline())["seconds"])
+        asking.write(f"{name}\n")
+        asking.flush()
+        return float(json.loads(answering.readline())["seconds"])
     except (OSError, ValueError):
         return None
