@@ -63,8 +63,8 @@ class Dispatch(FastAPIDashServer):
                 each["callback"] = _in_thread(each["callback"], work)
         self._declared = {name: Declared.of(each) for name, each in answered.items()}
         places = {str(place) for each in self._declared.values() for place in (*each.inputs, *each.state)}
-        if places != self._readers.keys():
-            raise LookupError(f"input without description, or the reverse: {sorted(places ^ self._readers.keys())}")
+        if undescribed := sorted(places - self._readers.keys()):
+            raise LookupError(f"nothing describes {', '.join(undescribed)}")
         pages = {page["path"].strip("/") for page in page_registry.values()}
 
         async def index(request: Request) -> Response:
@@ -156,7 +156,7 @@ def finish(app: Dash, work: Work) -> None:
             until the recording is read that a link names.
 
     Raises:
-        LookupError: for an input of a callback that nothing describes, or a description of none.
+        LookupError: for an input of a callback that nothing describes.
     """
     _backend(app).finish(app, work)
 
