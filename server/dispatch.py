@@ -1,4 +1,4 @@
-"""Dash's callbacks, each asked as it was declared or not at all; and the addresses of its pages.
+"""Dash's callbacks, each asked as it was declared or not at all.
 
 Dash takes the body of a request as it comes. Here it is read against one description: an output that there is, the
 inputs that its callback declares, and of every input the type that was described for it. A callback receives that type.
@@ -7,12 +7,13 @@ inputs that its callback declares, and of every input the type that was describe
 from __future__ import annotations
 
 import asyncio
+import inspect
 from collections.abc import Awaitable, Callable, Mapping
 from functools import partial
 from typing import Annotated, Any
 
-from dash import Dash, page_registry
-from dash.backends._fastapi import FastAPIDashServer, get_current_request, reset_current_request, set_current_request
+from dash import Dash
+from dash.backends._fastapi import FastAPIDashServer, get_current_request
 from fastapi import FastAPI, Request, Response
 from msgspec import Meta
 
@@ -27,7 +28,7 @@ _read_search: Reader[str] = reader(Annotated[str, Meta(max_length=8_000)], "sear
 
 
 class Dispatch(FastAPIDashServer):
-    """Dash on FastAPI with callbacks that are asked as declared, without its socket and without a last resort."""
+    """Dash on FastAPI with callbacks that are asked as declared, and without its socket."""
 
     # No callback of ours uses it; the route would be one more to defend.
     websocket_capability = False
@@ -54,28 +55,17 @@ class Dispatch(FastAPIDashServer):
         """Take down what can be asked for; see the function of that name."""
         for prepare in self._before_request_funcs:
             waiting = prepare()
-            if asyncio.iscoroutine(waiting):
+            if inspect.iscoroutine(waiting):
                 asyncio.run(waiting)
         # Those without a function run in the browser alone.
         answered = {name: each for name, each in app.callback_map.items() if "callback" in each}
         for each in answered.values():
-            if not asyncio.iscoroutinefunction(each["callback"]):
+            if not inspect.iscoroutinefunction(each["callback"]):
                 each["callback"] = _in_thread(each["callback"], work)
         self._declared = {name: Declared.of(each) for name, each in answered.items()}
         places = {str(place) for each in self._declared.values() for place in (*each.inputs, *each.state)}
         if undescribed := sorted(places - self._readers.keys()):
             raise LookupError(f"nothing describes {', '.join(undescribed)}")
-        pages = {page["path"].strip("/") for page in page_registry.values()}
-
-        async def index(request: Request) -> Response:
-            token = set_current_request(request)
-            try:
-                status = 200 if request.url.path.strip("/") in pages else 404
-                return Response(app.index(), status, media_type="text/html")
-            finally:
-                reset_current_request(token)
-
-        self.server.add_api_route("/{path:path}", index, methods=["GET"], include_in_schema=False)
 
     def serve_callback(self, dash_app: Dash) -> Callable[[Request], Awaitable[Response]]:
         """Answers callbacks."""
@@ -122,9 +112,6 @@ class Dispatch(FastAPIDashServer):
         place = given.place
         return {**place.plain(), "value": self._readers[str(place)](bytes(given.value))}
 
-    def _setup_catchall(self) -> None:
-        """Dash would answer every address that is none with a good page; see `finish`."""
-
 
 def _in_thread(callback: Callable[..., str], work: Work) -> Callable[..., Awaitable[str]]:
     async def threaded(*arguments: Any, **more: Any) -> str:
@@ -147,8 +134,7 @@ def describe(app: Dash, place: str, read: Reader[Any]) -> None:
 def finish(app: Dash, work: Work) -> None:
     """Do what Dash leaves to the first request, and close what can be asked; once everything else is attached.
 
-    A page other than the first would be answered before the pages' own callbacks are there. An address that is none is
-    answered with the page that says so, and the status of that.
+    A page other than the first would be answered before the pages' own callbacks are there.
 
     Args:
         app: the application.

@@ -14,7 +14,7 @@ REQUEST: ContextVar[str] = ContextVar("request", default="")
 
 
 def said(error: InputError, message: str = "") -> dict[str, str]:
-    """What is told of an error: `{field, rule, received, message, request}`.
+    """What is said of it, over HTTP or a socket: `{field, rule, received, message, request}`.
 
     Args:
         error: what is wrong with what.
@@ -32,7 +32,7 @@ def said(error: InputError, message: str = "") -> dict[str, str]:
 def problem(
     error: InputError, status: int, message: str = "", headers: Mapping[str, str] | None = None
 ) -> JSONResponse:
-    """The answer to what cannot be answered, as `said` has it.
+    """The answer to what cannot be answered, which nobody may keep: the next one may be another.
 
     Args:
         error: what is wrong with what.
@@ -40,4 +40,4 @@ def problem(
         message: for a person; the error's own words if left out.
         headers: more of them.
     """
-    return JSONResponse(said(error, message), status, dict(headers or {}))
+    return JSONResponse(said(error, message), status, {"Cache-Control": "no-store", **(headers or {})})

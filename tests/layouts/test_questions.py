@@ -130,13 +130,6 @@ def test_every_page_is_laid_out_for_any_link(post, page, search):
     assert answered.json()["response"]["_pages_store"]["data"]["title"] == page.TITLE
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.NAME)
-def test_every_page_has_its_address(get, page):
-    assert get(page.PATH).status_code == 200
-    assert get(f"{page.PATH}?xi=0.5").status_code == 200
-    assert get(f"{page.PATH}nowhere").status_code == 404
-
-
 # Nothing else is -----------------------------------------------------------------------------------------------------
 
 WRONG = {
