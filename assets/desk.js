@@ -328,10 +328,12 @@
     }
   }
 
-  document.addEventListener("callbackrefused", ({ detail: { asked, problem, again } }) => {
-    if (!root()) return;
-    const mine = asked.inputs.find((input) => input.id === `${page.name}-request`);
-    if (mine && mine.value.seq === page.seq) unanswered(problem, again);
+  document.addEventListener("callbackrefused", (event) => {
+    const { asked, problem, again } = event.detail;
+    const mine = root() && asked.inputs.find((input) => input.id === `${page.name}-request`);
+    if (!mine) return;
+    event.preventDefault();
+    if (mine.value.seq === page.seq) unanswered(problem, again);
   });
 
   // While a slider moves: the path and its close-up every time, the other plots in turn.

@@ -1,6 +1,6 @@
 // What the server does not answer. Dash keeps to itself what a callback is refused with; here the page hears of it, as
 // a `callbackrefused` event with the question that was asked, the problem in the shape of every refusal
-// (server/problem.py) and the seconds after which to ask again, if any.
+// (server/problem.py) and the seconds after which to ask again, if any. The page whose question it is cancels it.
 (function () {
   "use strict";
 
@@ -26,11 +26,11 @@
       response = await fetch(address, options);
     }
     const refused = response.ok ? null : await refusal(response);
-    if (refused) {
-      const detail = { asked: JSON.parse(options.body), ...refused };
-      document.dispatchEvent(new CustomEvent("callbackrefused", { detail }));
-    }
-    return response;
+    if (!refused) return response;
+    const detail = { asked: JSON.parse(options.body), ...refused };
+    const told = !document.dispatchEvent(new CustomEvent("callbackrefused", { detail, cancelable: true }));
+    // To Dash, a question that a page takes back is one to which nothing changes.
+    return told ? new Response(null, { status: 204 }) : response;
   };
 
   window.gainscope = Object.assign(window.gainscope || {}, { refusal });

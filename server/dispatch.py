@@ -7,6 +7,7 @@ inputs that its callback declares, and of every input the type that was describe
 from __future__ import annotations
 
 import asyncio
+import inspect
 from collections.abc import Awaitable, Callable, Mapping
 from functools import partial
 from typing import Annotated, Any
@@ -27,7 +28,7 @@ _read_search: Reader[str] = reader(Annotated[str, Meta(max_length=8_000)], "sear
 
 
 class Dispatch(FastAPIDashServer):
-    """Dash on FastAPI with callbacks that are asked as declared, without its socket and without a last resort."""
+    """Dash on FastAPI with callbacks that are asked as declared, and without its socket."""
 
     # No callback of ours uses it; the route would be one more to defend.
     websocket_capability = False
@@ -54,17 +55,17 @@ class Dispatch(FastAPIDashServer):
         """Take down what can be asked for; see the function of that name."""
         for prepare in self._before_request_funcs:
             waiting = prepare()
-            if asyncio.iscoroutine(waiting):
+            if inspect.iscoroutine(waiting):
                 asyncio.run(waiting)
         # Those without a function run in the browser alone.
         answered = {name: each for name, each in app.callback_map.items() if "callback" in each}
         for each in answered.values():
-            if not asyncio.iscoroutinefunction(each["callback"]):
+            if not inspect.iscoroutinefunction(each["callback"]):
                 each["callback"] = _in_thread(each["callback"], work)
         self._declared = {name: Declared.of(each) for name, each in answered.items()}
         places = {str(place) for each in self._declared.values() for place in (*each.inputs, *each.state)}
-        if places != self._readers.keys():
-            raise LookupError(f"input without description, or the reverse: {sorted(places ^ self._readers.keys())}")
+        if undescribed := sorted(places - self._readers.keys()):
+            raise LookupError(f"nothing describes {', '.join(undescribed)}")
 
     def serve_callback(self, dash_app: Dash) -> Callable[[Request], Awaitable[Response]]:
         """Answers callbacks."""
@@ -111,9 +112,6 @@ class Dispatch(FastAPIDashServer):
         place = given.place
         return {**place.plain(), "value": self._readers[str(place)](bytes(given.value))}
 
-    def _setup_catchall(self) -> None:
-        """Dash would answer every address that is none with a good page."""
-
 
 def _in_thread(callback: Callable[..., str], work: Work) -> Callable[..., Awaitable[str]]:
     async def threaded(*arguments: Any, **more: Any) -> str:
@@ -144,7 +142,7 @@ def finish(app: Dash, work: Work) -> None:
             until the recording is read that a link names.
 
     Raises:
-        LookupError: for an input of a callback that nothing describes, or a description of none.
+        LookupError: for an input of a callback that nothing describes.
     """
     _backend(app).finish(app, work)
 
