@@ -48,7 +48,7 @@ def publish(app: Dash, files: Files, assets: Path) -> None:
         files: where they are served.
         assets: folder of the pages' own scripts and styles.
     """
-    own = {path.relative_to(assets).as_posix(): path for path in sorted(assets.rglob("*")) if path.is_file()}
+    own = {path.relative_to(assets).as_posix(): path for path in assets.rglob("[!.]*") if path.is_file()}
     folder = files.publish("assets", own)
     addresses = {ASSETS + name: folder + name for name in own}
     for name, path in own.items():

@@ -7,13 +7,9 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import re
+from html.parser import HTMLParser
 
-_SCRIPT = re.compile(r"<script(?P<attributes>[^>]*)>(?P<text>.*?)</script>", re.DOTALL)
-_SOURCE = re.compile(r"\ssrc=")
-_TYPE = re.compile(r"""\stype=["']?([^"'\s>]+)""")
-
-RUN = {"", "module", "application/javascript", "text/javascript"}
+RUN = ("", "module", "application/javascript", "text/javascript")
 """Types of scripts that are run; any other is data."""
 
 
@@ -24,12 +20,29 @@ def source(text: str) -> str:
 
 def inline_scripts(document: str) -> list[str]:
     """The texts of the scripts of a document that are run and stand in it."""
-    texts = []
-    for script in _SCRIPT.finditer(document):
-        kind = _TYPE.search(script["attributes"])
-        if not _SOURCE.search(script["attributes"]) and (kind[1] if kind else "") in RUN:
-            texts.append(script["text"])
-    return texts
+    scripts = _Scripts()
+    scripts.feed(document)
+    return scripts.texts
+
+
+class _Scripts(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.texts: list[str] = []
+        self._inside = False
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        attributes = dict(attrs)
+        self._inside = tag == "script" and "src" not in attributes and (attributes.get("type") or "") in RUN
+        if self._inside:
+            self.texts.append("")
+
+    def handle_endtag(self, tag: str) -> None:  # noqa: ARG002
+        self._inside = False
+
+    def handle_data(self, data: str) -> None:
+        if self._inside:
+            self.texts[-1] += data
 
 
 def policy(*scripts: str, **more: str) -> str:

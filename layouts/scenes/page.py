@@ -81,14 +81,18 @@ def unpacked(text: str) -> str:
     if parts is None:
         raise ValueError("viser's page is packed in another way than that of the version that is locked")
     style, code = int(parts["style"]), int(parts["code"])
-    whole = zstandard.decompress(_bytes(parts["packed"]), max_output_size=style + code)
+    whole = zstandard.decompress(number(parts["packed"]), max_output_size=style + code)
     if len(whole) != style + code:
         raise ValueError("viser's page does not say how long its parts are")
     return whole[style:].decode()
 
 
-def _bytes(packed: str) -> bytes:
-    """What a number of base 88 stands for: big-endian groups of five digits, the last one with fewer."""
+def number(packed: str) -> bytes:
+    """The bytes that a number of base 88 stands for: big-endian groups of five digits, the last one with fewer.
+
+    Raises:
+        ValueError: for what is no such number.
+    """
     values = np.full(256, -1, dtype=np.int64)
     values[list(DIGITS)] = np.arange(len(DIGITS))
     digits = values[np.frombuffer(packed.encode("latin-1"), dtype=np.uint8)]
