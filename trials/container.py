@@ -26,7 +26,7 @@ WITHOUT = "NOT TRIED: no Docker or Podman answers, and not all of root, buildah 
 MOST_MEGABYTES = 650.0
 READY_WITHIN = 60.0
 STOPPED_WITHIN = 10.0
-EXERCISE = 40.0
+EXERCISE = 60.0
 """Seconds for which some users try every page: whatever was trimmed must be missed by nobody."""
 
 LABELS = tuple(f"org.opencontainers.image.{name}" for name in ("title", "description", "version", "revision"))
@@ -111,7 +111,7 @@ async def _used(port: int) -> list[Finding]:
     """Every page with its callbacks, live sockets, studies, scenes, exports and uploads."""
     page = await Client(port).ask("GET", "/", headers={"Accept": "text/html"})
     first = Finding("main page", f"{page.status}, {len(page.body)} bytes", "200", page.status == 200)
-    async with crowd(port, users=4, pace=0.25, arrivals=2) as tally:
+    async with crowd(port, users=3, pace=0.5, arrivals=1) as tally:
         await asyncio.sleep(EXERCISE)
     actions = sum(map(len, tally.seconds.values()))
     kinds = ", ".join(sorted(tally.seconds))
