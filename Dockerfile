@@ -15,7 +15,9 @@ COPY . .
 RUN find . -type f -exec sh -c 'for file; do touch -d "@$(stat -c %Y "$file")" "$file"; done' sh {} +
 # The server cannot write bytecode later. None of it is compared with its source, which nobody can change.
 RUN /venv/bin/python -m compileall -q -j 0 --invalidation-mode unchecked-hash /venv/lib .
-# What else is made once, here: kernels for the processors that may serve, files that are sent compressed.
+# BOSS: what else is made once, here, after the times of files have been set and before anything is copied: kernels
+# (RUN for level in x86-64-v3 x86-64-v4; do /venv/bin/python -m tracker_core compile --level "$level"; done) and the
+# static files, compressed. Both write below /gainscope, and the server may read them as any user.
 
 
 FROM ${BASE}

@@ -22,7 +22,6 @@ UNUSED = {
     "dash/dash-renderer/build/dash_renderer.dev.js": "for Dash's own tools, which are refused in production",
     "dash/deps/*[0-9].js": "for Dash's own tools, which are refused in production",
     "dash/**/*.map": "for debuggers in browsers",
-    "dash/dcc/async-mathjax.js": "formulas in text that is never asked to have any",
     "dask/dataframe": "needs pandas, which is not there",
     "zstandard/_cffi*": "for other interpreters than CPython",
     "setuptools": "installs and builds packages",

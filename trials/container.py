@@ -23,10 +23,10 @@ from trials.wire import Client
 
 WITHOUT = "NOT TRIED: no Docker or Podman answers, and not all of root, buildah and crun are here"
 
-MOST_MEGABYTES = 650.0
-READY_WITHIN = 60.0
+MOST_MEGABYTES = 700.0
+READY_WITHIN, READY_EVER = 60.0, 300.0
 STOPPED_WITHIN = 10.0
-EXERCISE = 40.0
+EXERCISE = 60.0
 """Seconds for which some users try every page: whatever was trimmed must be missed by nobody."""
 
 LABELS = tuple(f"org.opencontainers.image.{name}" for name in ("title", "description", "version", "revision"))
@@ -69,19 +69,19 @@ def _image(config: Mapping[str, Any], size: int) -> Iterator[Finding]:
 
 
 def _ready(container: Container) -> float:
-    """Seconds until the server is ready, many if it never is."""
+    """Seconds until the server is ready; raises EngineError where it never is."""
 
     async def wait() -> float:
         begun = time.perf_counter()
         client = Client(container.port)
-        while (taken := time.perf_counter() - begun) < READY_WITHIN:
+        while (taken := time.perf_counter() - begun) < READY_EVER:
             try:
                 if (await client.ask("GET", "/readyz", patience=5)).status == 200:
                     return taken
             except (OSError, EOFError):
                 pass
             await asyncio.sleep(0.1)
-        raise EngineError(f"not ready after {READY_WITHIN:g} s")
+        raise EngineError(f"not ready after {READY_EVER:g} s")
 
     return asyncio.run(wait())
 
@@ -111,7 +111,7 @@ async def _used(port: int) -> list[Finding]:
     """Every page with its callbacks, live sockets, studies, scenes, exports and uploads."""
     page = await Client(port).ask("GET", "/", headers={"Accept": "text/html"})
     first = Finding("main page", f"{page.status}, {len(page.body)} bytes", "200", page.status == 200)
-    async with crowd(port, users=4, pace=0.25, arrivals=2) as tally:
+    async with crowd(port, users=3, pace=0.5, arrivals=1) as tally:
         await asyncio.sleep(EXERCISE)
     actions = sum(map(len, tally.seconds.values()))
     kinds = ", ".join(sorted(tally.seconds))
