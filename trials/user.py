@@ -160,14 +160,17 @@ class User:
         content = await self._site.content(self._client, DESKS[page], link)
         beginning = next(part["data"] for part in components(content) if part["id"] == f"{page}-beginning")
         self._desk = Desk(beginning)
-        opened = asyncio.create_task(self._socket(f"/{page}/live"))
         if page == "track":
             self._scene = secrets.token_hex(16)
-            self._go(self._watch(self._scene))
-        await self._ask({})
-        self._live = await opened
+            self._go(partial(self._watch, self._scene))
+        answered, opened = await asyncio.gather(self._ask({}), self._socket(f"/{page}/live"), return_exceptions=True)
+        # Kept in any case, so that it is closed.
+        self._live = opened if isinstance(opened, ClientConnection) else None
+        for outcome in (answered, opened):
+            if isinstance(outcome, BaseException):
+                raise outcome
         if page in STUDYING:
-            self._go(self._study(page))
+            self._go(partial(self._study, page))
 
     async def _open_papers(self) -> None:
         if self._site is None:
@@ -244,15 +247,15 @@ class User:
             local_addr=(self._client.address, 0), ping_interval=None, proxy=None,
         )  # fmt: skip
 
-    def _go(self, work: Any) -> None:
+    def _go(self, work: Callable[[], Awaitable[None]]) -> None:
         """Beside everything else, until the page is left."""
         task = asyncio.create_task(self._counted(work))
         self._beside.add(task)
         task.add_done_callback(self._beside.discard)
 
-    async def _counted(self, work: Awaitable[None]) -> None:
+    async def _counted(self, work: Callable[[], Awaitable[None]]) -> None:
         try:
-            await work
+            await work()
         except Exception as error:  # noqa: BLE001 - whatever it was, it counts
             self._tally.errors[f"beside: {type(error).__name__} {error}"[:300]] += 1
 
