@@ -15,8 +15,8 @@ import psutil
 import uvloop
 
 from benchmarks.serving import Running, running, start, wait_until_ready
+from trials.crowd import crowd
 from trials.report import Finding, at_most, none_of
-from trials.user import crowd
 from trials.wire import Answer, Client
 
 COLD, WARM, EXIT = 10.0, 3.0, 10.0
@@ -25,10 +25,10 @@ COLD, WARM, EXIT = 10.0, 3.0, 10.0
 AT_ONCE = 0.25
 """Seconds after which it may no longer say that it is ready."""
 
-LONG = "/export/track.json?samples=20000&seed={}"
+LONG = "/export/track.json?samples=5000&seed={}"
 """What takes a while to be answered."""
 
-ASKED = 4
+ASKED = 2
 
 
 def trial(short: bool = False) -> Iterator[Finding]:
