@@ -15,8 +15,8 @@ import psutil
 import uvloop
 
 from benchmarks.serving import Running, running, start, wait_until_ready
+from trials.crowd import crowd
 from trials.report import Finding, at_most, none_of
-from trials.user import crowd
 from trials.wire import Answer, Client
 
 COLD, WARM, EXIT = 10.0, 3.0, 10.0
@@ -25,18 +25,19 @@ COLD, WARM, EXIT = 10.0, 3.0, 10.0
 AT_ONCE = 0.25
 """Seconds after which it may no longer say that it is ready."""
 
-LONG = "/export/track.json?samples=20000&seed={}"
+LONG = "/export/track.json?samples=5000&seed={}"
 """What takes a while to be answered."""
 
-ASKED = 4
+ASKED = 2
 
 
 def trial(short: bool = False) -> Iterator[Finding]:
     """Starts without and with compiled code, and an end in the middle of work."""
     with tempfile.TemporaryDirectory() as cache:
         yield at_most("ready, nothing compiled", _ready(cache), COLD, "s", timed=True)
-        warm = min(_ready(cache) for _ in range(1 if short else 3))
-        yield at_most("ready, all compiled", warm, WARM, "s", timed=True)
+        if not short:
+            warm = min(_ready(cache) for _ in range(3))
+            yield at_most("ready, all compiled", warm, WARM, "s", timed=True)
         with tempfile.TemporaryFile() as log, running(log, NUMBA_CACHE_DIR=cache) as it:
             yield from uvloop.run(_ended(it, users=3 if short else 30))
 

@@ -22,8 +22,9 @@ from websockets.asyncio.client import connect
 from websockets.typing import Origin
 
 from benchmarks.serving import running
+from trials.crowd import crowd
 from trials.report import Finding, at_most, none_of, percentiles
-from trials.user import Tally, crowd
+from trials.tally import Tally
 
 HEAVY = ("load", "part", "export", "upload")
 """Kinds of actions that may take their time beside studies."""

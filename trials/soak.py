@@ -15,9 +15,10 @@ import uvloop
 from scipy.stats import theilslopes
 
 from benchmarks.serving import running
+from trials.crowd import crowd
 from trials.load import tracebacks
 from trials.report import Finding, none_of, percentiles
-from trials.user import Tally, crowd
+from trials.tally import Tally
 
 SLOPE = 5.0
 """Megabytes an hour that its memory may grow by."""

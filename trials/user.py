@@ -10,8 +10,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import secrets
-from collections import Counter, defaultdict
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 from functools import partial
 from random import Random
 from time import perf_counter
@@ -23,6 +22,7 @@ from websockets.typing import Origin
 
 from benchmarks.scene_browser import camera, scene
 from trials.page import DESKS, STUDYING, Desk, RefusedError, Site, components, text_part, whole
+from trials.tally import Tally
 from trials.wire import PATIENCE, Client
 
 PAPERS = "/papers"
@@ -37,41 +37,6 @@ RECORDING = b"t,x,y\n" + b"".join(b"%d,%d,%d\n" % (row, 3 * row, row * row // 50
 
 Act = tuple[str, Callable[[], Awaitable[None]]]
 """An action: its kind, and what is done."""
-
-
-class Tally:
-    """What a crowd has seen.
-
-    Attributes:
-        seconds: from when each action was due until it was answered, by kind.
-        errors: what went wrong, in words, and how often.
-        refused: answers that said that something cannot be run.
-    """
-
-    def __init__(self) -> None:
-        self.seconds: defaultdict[str, list[float]] = defaultdict(list)
-        self.errors: Counter[str] = Counter()
-        self.refused = 0
-        self._more = asyncio.Event()
-
-    def __len__(self) -> int:
-        """How many actions."""
-        return sum(map(len, self.seconds.values()))
-
-    def count(self, kind: str, seconds: float) -> None:
-        """An action has been answered."""
-        self.seconds[kind].append(seconds)
-        self._more.set()
-
-    async def reached(self, least: int) -> None:
-        """Wait for so many actions."""
-        while len(self) < least:
-            self._more.clear()
-            await self._more.wait()
-
-    def clear(self) -> None:
-        """Forget durations, not errors."""
-        self.seconds.clear()
 
 
 class User:
@@ -160,14 +125,17 @@ class User:
         content = await self._site.content(self._client, DESKS[page], link)
         beginning = next(part["data"] for part in components(content) if part["id"] == f"{page}-beginning")
         self._desk = Desk(beginning)
-        opened = asyncio.create_task(self._socket(f"/{page}/live"))
         if page == "track":
             self._scene = secrets.token_hex(16)
-            self._go(self._watch(self._scene))
-        await self._ask({})
-        self._live = await opened
+            self._go(partial(self._watch, self._scene))
+        answered, opened = await asyncio.gather(self._ask({}), self._socket(f"/{page}/live"), return_exceptions=True)
+        # Kept in any case, so that it is closed.
+        self._live = opened if isinstance(opened, ClientConnection) else None
+        for outcome in (answered, opened):
+            if isinstance(outcome, BaseException):
+                raise outcome
         if page in STUDYING:
-            self._go(self._study(page))
+            self._go(partial(self._study, page))
 
     async def _open_papers(self) -> None:
         if self._site is None:
@@ -244,15 +212,15 @@ class User:
             local_addr=(self._client.address, 0), ping_interval=None, proxy=None,
         )  # fmt: skip
 
-    def _go(self, work: Any) -> None:
+    def _go(self, work: Callable[[], Awaitable[None]]) -> None:
         """Beside everything else, until the page is left."""
         task = asyncio.create_task(self._counted(work))
         self._beside.add(task)
         task.add_done_callback(self._beside.discard)
 
-    async def _counted(self, work: Awaitable[None]) -> None:
+    async def _counted(self, work: Callable[[], Awaitable[None]]) -> None:
         try:
-            await work
+            await work()
         except Exception as error:  # noqa: BLE001 - whatever it was, it counts
             self._tally.errors[f"beside: {type(error).__name__} {error}"[:300]] += 1
 
@@ -290,38 +258,3 @@ class User:
         live, self._live, self._scene = self._live, None, ""
         if live is not None:
             await live.close()
-
-
-def addresses(users: int, together: int = 40) -> Iterator[str]:
-    """An address for each of some users: a class shares the first, everybody else has one of their own."""
-    for user in range(users):
-        yield "127.0.2.1" if user < together else f"127.0.{3 + user // 250}.{1 + user % 250}"
-
-
-@contextlib.asynccontextmanager
-async def crowd(
-    port: int, users: int, pace: float, arrivals: float, seed: int = 1, pages: Sequence[str] = PAGES
-) -> AsyncIterator[Tally]:
-    """Users who come one after the other and stay until the end.
-
-    Args:
-        port: of the server.
-        users: how many.
-        pace: seconds from one action of one of them to the next.
-        arrivals: of them a second.
-        seed: by which everything is chosen.
-        pages: that they open.
-    """
-    tally, over = Tally(), asyncio.Event()
-
-    async def come(number: int, address: str) -> None:
-        await asyncio.sleep(number / arrivals)
-        await User(port, address, seed * 1000 + number, tally, pages).live(pace, over.is_set)
-
-    tasks = [asyncio.create_task(come(number, address)) for number, address in enumerate(addresses(users))]
-    try:
-        await asyncio.sleep(users / arrivals)
-        yield tally
-    finally:
-        over.set()
-        await asyncio.gather(*tasks)
