@@ -31,8 +31,8 @@ from tracker_core.responses import smoothed_variance, steady_variance
 from tracker_core.types import GAIN_NAMES, STATE_NAMES
 
 TEXT_LIMIT = 200
-READING_LIMIT = 601
-POLES_LIMIT = 400
+LONGER = {"reading": 601, "pole": 400}
+"""Characters of a control that are looked at, and those of the ones that need more."""
 
 SPARE_GAINS: dict[str, float] = {
     "alpha": 0.5,
@@ -209,10 +209,9 @@ def _view(values: Mapping[str, Any], experiment: Experiment) -> View:
 
 def _tame(name: str, value: Any) -> Any:
     """Nothing longer than a field needs."""
-    limit = {"pole": POLES_LIMIT, "reading": READING_LIMIT}.get(name, TEXT_LIMIT)
-    if isinstance(value, str):
-        return value[:limit].strip()
-    return value if isinstance(value, int | float | None) and not isinstance(value, bool) else str(value)[:limit]
+    if value is None or (isinstance(value, (int, float)) and not isinstance(value, bool)):
+        return value
+    return str(value)[: LONGER.get(name, TEXT_LIMIT)].strip()
 
 
 def _unused(kept: dict[str, Any], experiment: Experiment) -> dict[str, Any]:
@@ -225,7 +224,9 @@ def _unused(kept: dict[str, Any], experiment: Experiment) -> dict[str, Any]:
     return {name: value for name, value in kept.items() if name not in used and _admitted(name, value)}
 
 
-def _admitted(name: str, value: Any) -> bool:
+@lru_cache(maxsize=1024)
+def _admitted(name: str, value: str | float | None) -> bool:
+    # Of all controls one or two have moved since this was last asked.
     if name in PARAMETERS:
         return number(value) is not None
     try:

@@ -27,9 +27,17 @@ NAMES = {
 }  # fmt: skip
 
 
+class Packed(dict[str, str]):
+    """An array as plotly's typed array, with the numbers themselves for who does not need them as text."""
+
+    def __init__(self, values: FloatArray, dtype: str) -> None:
+        self.numbers = np.asarray(values, dtype=dtype)
+        super().__init__(dtype=dtype, bdata=base64.b64encode(self.numbers.tobytes()).decode("ascii"))
+
+
 def packed(values: FloatArray, dtype: str = "f4") -> dict[str, str]:
     """An array as plotly's typed array: 32-bit floats, or 64-bit ones ("f8") where metres count on a long way."""
-    return {"dtype": dtype, "bdata": base64.b64encode(np.asarray(values, dtype=dtype).tobytes()).decode("ascii")}
+    return Packed(values, dtype)
 
 
 def drawn(samples: int) -> slice:
@@ -75,6 +83,8 @@ def moving_traces(paths: Iterable[Path]) -> list[int]:
 
 def coordinates(values: dict[str, str] | list[float]) -> FloatArray:
     """The coordinates of a trace as 32-bit floats."""
+    if isinstance(values, Packed):
+        return values.numbers.astype("f4")
     if isinstance(values, dict):
         return np.frombuffer(base64.b64decode(values["bdata"]), dtype=values["dtype"]).astype("f4")
     return np.array(values, dtype="f4")
