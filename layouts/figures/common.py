@@ -30,14 +30,16 @@ NAMES = {
 class Packed(dict[str, str]):
     """An array as plotly's typed array, with the numbers themselves for who does not need them as text."""
 
-    def __init__(self, values: FloatArray, dtype: str) -> None:
-        self.numbers = np.asarray(values, dtype=dtype)
-        super().__init__(dtype=dtype, bdata=base64.b64encode(self.numbers.tobytes()).decode("ascii"))
+    __slots__ = ("numbers",)
+    numbers: FloatArray
 
 
-def packed(values: FloatArray, dtype: str = "f4") -> dict[str, str]:
+def packed(values: FloatArray, dtype: str = "f4") -> Packed:
     """An array as plotly's typed array: 32-bit floats, or 64-bit ones ("f8") where metres count on a long way."""
-    return Packed(values, dtype)
+    numbers = np.asarray(values, dtype=dtype)
+    array = Packed(dtype=dtype, bdata=base64.b64encode(numbers.tobytes()).decode("ascii"))
+    array.numbers = numbers
+    return array
 
 
 def drawn(samples: int) -> slice:
