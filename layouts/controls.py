@@ -217,7 +217,9 @@ def _unused(kept: dict[str, Any], experiment: Experiment) -> dict[str, Any]:
     return {name: value for name, value in kept.items() if name not in used and _admitted(name, value)}
 
 
-def _admitted(name: str, value: Any) -> bool:
+@lru_cache(maxsize=1024)
+def _admitted(name: str, value: str | float | None) -> bool:
+    # Of all controls one or two have moved since this was last asked.
     if name in PARAMETERS:
         return number(value) is not None
     try:
