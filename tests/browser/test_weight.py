@@ -75,7 +75,6 @@ def test_a_visit_is_light_and_the_next_one_lighter(browser, visit, path, theme):
     context = browser.new_context(viewport={"width": 1440, "height": 900}, color_scheme=theme)
     first, again = visit(context, path), visit(context, path)
     context.close()
-    print(f"/{path}: {first.bytes / 1000:.0f} kB, then {again.bytes / 1000:.0f} kB")
     assert AGAIN < first.bytes <= FIRST
     assert 0 < again.bytes <= AGAIN
 
