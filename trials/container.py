@@ -18,7 +18,7 @@ from typing import Any
 
 from trials.engines import Container, Engine, EngineError, find
 from trials.report import Finding, at_most, machine, none_of, row
-from trials.user import crowd
+from trials.crowd import crowd
 from trials.wire import Client
 
 WITHOUT = "NOT TRIED: no Docker or Podman answers, and not all of root, buildah and crun are here"
