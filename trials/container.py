@@ -16,9 +16,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from trials.crowd import crowd
 from trials.engines import Container, Engine, EngineError, find
 from trials.report import Finding, at_most, machine, none_of, row
-from trials.crowd import crowd
 from trials.wire import Client
 
 WITHOUT = "NOT TRIED: no Docker or Podman answers, and not all of root, buildah and crun are here"
