@@ -35,7 +35,7 @@ TEXT_LIMITS = {"reading": int(FIELDS["reading"].domain.high), "pole": 400}
 LINK_LENGTH = 8_000
 """Characters of a link, far more than one of ours has."""
 
-LONG_RUN = 10_000
+LONG_RUN = 3_000
 """Runs of more samples than this leave the event loop to others."""
 
 Number = Annotated[int, Meta(ge=0, le=2**53)]

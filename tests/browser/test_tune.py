@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from layouts.pages.tune.content import begin
+from layouts.questions import StudyQuestion
 from tracker_core import Experiment
 from tracker_core.tuning import Sweep
 from tracker_core.tuning.sweeps import usual_values
@@ -35,7 +36,7 @@ def present(page):
 
 def words(query):
     """What the page should say, from a study of our own."""
-    asked, show = begin({"query": query, "theme": "light"})
+    asked, show = begin(StudyQuestion(seq=1, query=query))
     *_, last = asked.stream()
     return show(last)["texts"]
 
