@@ -378,7 +378,8 @@
     };
   }
 
-  // Plots drawn by hand while a slider moved are redrawn by plotly, one at a time, once it rests.
+  // Plots drawn by hand while a slider moved are redrawn by plotly once it rests: all with one question, since to run
+  // the filter costs the server more than to draw.
   function settle() {
     clearTimeout(page.resting);
     if (page.busy || page.waiting || !root()) return;
@@ -402,7 +403,7 @@
     // A redraw under the hand would move the axes away from it.
     const rest = gainscope.isHeld() ? REST : page.editedAt + REST - performance.now();
     if (rest > 0) page.resting = setTimeout(settle, rest);
-    else send([page.stale.values().next().value]);
+    else send([...page.stale]);
   }
 
   function writeLink() {

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -156,18 +156,20 @@ class Desk:
         self._drawn: dict[str, str] = {}
         self._turn = self._seq = 0
 
-    def question(self, changed: Mapping[str, Any], *, live: bool = False, want: str = "", scene: str = "") -> Any:
+    def question(
+        self, changed: Mapping[str, Any], *, live: bool = False, want: Sequence[str] = (), scene: str = ""
+    ) -> Any:
         """What is asked after a hand has changed some controls.
 
         Args:
             changed: the controls and their values.
             live: whether a slider moves: over the socket, for some of the plots.
-            want: the one plot that is to be drawn; empty for all.
+            want: the plots that are to be drawn; empty for all.
             scene: the token of the page's scene, if it has one.
         """
         self._seq += 1
         self.values |= changed
-        wanted = [want] if want else None
+        wanted = list(want) or None
         if live:
             share = self._in_turn[self._turn % len(self._in_turn) :][:1] if self._in_turn else [None]
             self._turn += 1

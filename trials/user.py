@@ -2,7 +2,7 @@
 
 Such a user opens a page, drags sliders, chooses from menus, saves results and goes on to the next page. What a hand
 does once is one action: a step of a slider, a choice, a page. A drag is some steps and then a rest, in which the page
-draws its plots anew, one after the other, as assets/desk.js does.
+draws its plots anew, as assets/desk.js does.
 """
 
 from __future__ import annotations
@@ -152,7 +152,7 @@ class User:
             answer = whole(await self._client.ask("GET", self._random.choice(self._parts)), "part")
             orjson.loads(answer.body)
 
-    async def _ask(self, changed: dict[str, Any], want: str = "") -> None:
+    async def _ask(self, changed: dict[str, Any], want: Sequence[str] = ()) -> None:
         """A question to the callback."""
         desk = self._desk
         assert desk is not None
@@ -176,8 +176,8 @@ class User:
 
     async def _rest(self) -> None:
         desk = await self._at_desk()
-        while desk.stale:
-            await self._ask({}, want=desk.stale[0])
+        if desk.stale:
+            await self._ask({}, want=desk.stale)
 
     async def _choose(self) -> None:
         desk = await self._at_desk()
