@@ -153,6 +153,8 @@ def per_sample(
         lower, upper = neighbours(levels, which)
     else:
         sets = sets[distinct(sets[:, which], last=ties == "last")]
+        # As those above: to compiled code an array that may be written to is of another type.
+        sets.setflags(write=False)
     draft, setting = Draft.of(problem), problem.setting
     for axis in range(axes):
         state, begin = draft.begin(axis)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import logging
 import os
@@ -91,7 +92,7 @@ class Preparation:
             process = self._begin(own)
             if process is None:
                 return
-            with process:
+            try:
                 while (name := self._next()) is not None:
                     seconds = _ask(process, name)
                     if seconds is None:
@@ -102,7 +103,8 @@ class Preparation:
                     publish(self._target.folder(Path(own)), self._folder, f"*/*.{name}-*")
                     stamp(self._folder, name).touch()
                     self._tell(Compiled(name, len(SIGNATURES[name]), seconds))
-                process.kill()
+            finally:
+                _end(process)
 
     def _next(self) -> str | None:
         with self._lock:
@@ -138,3 +140,13 @@ def _ask(process: subprocess.Popen[str], name: str) -> float | None:
         return float(json.loads(answering.readline())["seconds"])
     except (OSError, ValueError):
         return None
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    process.kill()
+    process.wait()
+    for stream in (process.stdin, process.stdout):
+        if stream is not None:
+            # What it was still to be told has nowhere to go.
+            with contextlib.suppress(OSError):
+                stream.close()
