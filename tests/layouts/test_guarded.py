@@ -20,8 +20,8 @@ IN_WORDS = ("/readyz",)
 SHAPE = {"field", "rule", "received", "message", "request"}
 
 ADDRESSES = [
-    "/", "/stability", "/viser/dark/", "/assets/favicon.svg", "/_dash-layout", "/_dash-dependencies", "/recordings", "/livez",
-    "/readyz", "/export/metrics.json?samples=20",
+    "/", "/stability", "/viser/dark/", "/assets/favicon.svg", "/_dash-layout", "/_dash-dependencies", "/recordings",
+    "/livez", "/readyz", "/export/metrics.json?samples=20",
 ]  # fmt: skip
 """That are answered with what they are for."""
 
