@@ -1,12 +1,15 @@
 """The server as a whole: health, the page's document, settings from the environment."""
 
 import asyncio
+import contextlib
 import html.parser
 import json
 import os
+import socket
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import httpx
@@ -342,3 +345,34 @@ def test_a_bad_port_ends_the_program_with_status_2():
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "gainscope: GAINSCOPE_PORT must be a whole number >= 1 and <= 65,535, got 'eighty'\n"
+
+
+def test_told_to_stop_while_others_compile_it_leaves_nobody_behind(tmp_path):
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    settings = {"GAINSCOPE_PORT": str(port), "GAINSCOPE_DATA": "", "NUMBA_CACHE_DIR": str(tmp_path)}
+    with subprocess.Popen([sys.executable, "app.py"], cwd=ROOT, env=os.environ | settings) as process:
+        try:
+            while True:
+                assert process.poll() is None
+                with contextlib.suppress(httpx.TransportError):
+                    httpx.get(f"http://127.0.0.1:{port}/livez")
+                    break
+                time.sleep(0.1)
+            tasks = Path(f"/proc/{process.pid}/task")
+            while not (compiling := {child for task in tasks.iterdir() for child in ids(task / "children")}):
+                time.sleep(0.1)
+            process.terminate()
+            assert process.wait(60) == 0
+        finally:
+            process.kill()
+    for _ in range(100):
+        if not any(Path(f"/proc/{child}").exists() for child in compiling):
+            break
+        time.sleep(0.1)
+    assert not any(Path(f"/proc/{child}").exists() for child in compiling)
+
+
+def ids(file):
+    return file.read_text(encoding="utf-8").split()

@@ -16,6 +16,11 @@ from tracker_core.kernels.preparing import Compiled, Preparation
 from tracker_core.kernels.signatures import FIRST, SIGNATURES
 
 
+def held() -> bool:
+    """Whether somebody who calls a kernel may have to wait, and had better do so in a thread."""
+    return any(getattr(getattr(kernels, name), "waits", False) for name in SIGNATURES)
+
+
 class Loading:
     """All kernels of this process on their way.
 
@@ -67,4 +72,5 @@ class Loading:
             here.wait()
             return kernel(*arguments)
 
+        wait.waits = True  # type: ignore[attr-defined]
         return wait

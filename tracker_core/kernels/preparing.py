@@ -103,6 +103,8 @@ class Preparation:
                     publish(self._target.folder(Path(own)), self._folder, f"*/*.{name}-*")
                     stamp(self._folder, name).touch()
                     self._tell(Compiled(name, len(SIGNATURES[name]), seconds))
+            except OSError:
+                _LOG.exception("Compiled code cannot be kept")
             finally:
                 _end(process)
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import platform
 import shutil
 import tempfile
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from platform import python_version
 from typing import Any
 
 import llvmlite
@@ -30,6 +31,7 @@ LEVELS = {
 }
 """Families of processors, the best first, with what one must be able to do (x86-64 psABI, table 3.1)."""
 
+X86 = platform.machine().lower() in ("x86_64", "amd64")
 NATIVE = "native"
 
 
@@ -58,7 +60,7 @@ class Target:
         Numba compiles a loop anew when the file of that loop has changed, but not when one that it calls has.
         """
         words = [binding.get_process_triple(), self.cpu, self.features]
-        words += [numba.__version__, llvmlite.__version__, python_version(), str(HERE)]
+        words += [numba.__version__, llvmlite.__version__, platform.python_version(), str(HERE)]
         source = b"".join(path.read_bytes() for path in sorted(HERE.glob("*.py")))
         return root / sha256("\n".join(words).encode() + source).hexdigest()[:16]
 
@@ -68,12 +70,12 @@ class Target:
 
 
 def named(name: str) -> Target:
-    """A target by name: "native" or one of LEVELS.
+    """A target by name: "native" or, on a machine of their kind, one of LEVELS.
 
     Raises:
         InputError: for another name.
     """
-    check_choice("level", name, (NATIVE, *LEVELS))
+    check_choice("level", name, (NATIVE, *(LEVELS if X86 else ())))
     if name == NATIVE:
         return Target(NATIVE, binding.get_host_cpu_name(), codegen.get_host_cpu_features())
     return Target(name, name, "")
@@ -90,7 +92,7 @@ def chosen(root: Path, cpu: str | None, features: str | None) -> Target:
         return Target(cpu, cpu, native.features if features is None else features)
     if not native.complete(root):
         able = binding.get_host_cpu_features()
-        for name, needed in LEVELS.items():
+        for name, needed in LEVELS.items() if X86 else ():
             target = named(name)
             if all(able.get(feature, False) for feature in needed) and _at_hand(target, root):
                 return target
@@ -99,7 +101,9 @@ def chosen(root: Path, cpu: str | None, features: str | None) -> Target:
 
 def _at_hand(target: Target, root: Path) -> bool:
     if not target.complete(root) and target.complete(OWN):
-        publish(target.folder(OWN), target.folder(root))
+        # Where nothing can be written, numba looks for another place itself.
+        with contextlib.suppress(OSError):
+            publish(target.folder(OWN), target.folder(root))
     return target.complete(root)
 
 
@@ -121,6 +125,8 @@ def publish(source: Path, folder: Path, pattern: str = "**/*") -> None:
         handle, unfinished = tempfile.mkstemp(dir=place.parent, prefix=".coming-")
         with os.fdopen(handle, "wb") as stream, path.open("rb") as content:
             shutil.copyfileobj(content, stream)
+        # Whoever may read the one may read the other: an image is made by another user than the one that serves.
+        shutil.copymode(path, unfinished)
         Path(unfinished).replace(place)
 
 
