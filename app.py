@@ -98,6 +98,7 @@ def build(executor: Executor | None = None, store: Store | None = None, upload_b
     files = Files(ROOT / "compressed")
     document.publish(app, files, ROOT / "assets")
     publish_scenes(files)
+    server.state.files = files
     server.add_middleware(Compression)
     server.add_middleware(Serving, files=files)
     return app

@@ -176,7 +176,7 @@ def answer(desk: Desk, request: Mapping[str, Any]) -> tuple[list[Any], dict[str,
         )
     keys, before = drawing_keys(desk, shown), request.get("drawn") or {}
     updates: list[Any] = []
-    wanted = request.get("want") or list(desk.plots)
+    wanted = list(desk.plots) if request.get("want") is None else request["want"]
     now: dict[str, str] = {}
     for name, plot in desk.plots.items():
         if name not in wanted:
