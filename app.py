@@ -99,6 +99,7 @@ def build(
     files = Files(ROOT / "compressed")
     document.publish(app, files, ROOT / "assets")
     scenes.publish(files)
+    server.state.files = files
     # What is added last is met first.
     server.add_middleware(Compression)
     server.add_middleware(Serving, files=files)

@@ -270,7 +270,7 @@
     page.flying = new Set(page.changed);
     page.acting.push(...page.actions.splice(0));
     page.busy = true;
-    page.waiting = false;
+    page.waiting = page.unseen = false;
     page.sentAt = performance.now();
     page.seq = ++lastSeq;
     const live = page.live && !want && page.socket;
@@ -493,6 +493,7 @@
       offer: null,
       method: "",
       scene: "",
+      unseen: false, // the scene has not been asked for yet
       missing: data.missing, // what the recording is known by that the link names and the server does not have
     };
     hydrate();
@@ -537,6 +538,8 @@
     const outdated = page.outdated.splice(0);
     if (outdated.length) send(outdated);
     else if (page.waiting) send();
+    // The plots show already what the scene is to show.
+    else if (page.unseen) send([]);
     else page.resting = setTimeout(settle);
     leave();
     return answer.seq;
@@ -789,8 +792,9 @@
       },
       useScene(token) {
         page.scene = token;
-        // The first question takes it along.
-        if (page.seq) schedule();
+        page.unseen = Boolean(token);
+        if (page.unseen) root().dataset.state = "busy";
+        if (page.unseen && !page.busy) send([]);
       },
     },
   });

@@ -88,10 +88,7 @@
       watcher.disconnect();
       mount();
     });
-    // In sight from the start, it is asked for together with everything else.
-    const { top, bottom } = place.getBoundingClientRect();
-    if (top < innerHeight && bottom > 0) mount();
-    else watcher.observe(place);
+    watcher.observe(place);
   });
 
   // ------------------------------------------------------------------ player

@@ -161,7 +161,7 @@ def answer(desk: Desk, question: Question) -> tuple[list[Any], dict[str, Any]]:
         return [no_update] * (len(desk.plots) + len(desk.tables)), _refusal(desk, question, refused)
     keys, before = drawing_keys(desk, shown), question.drawn
     updates: list[Any] = []
-    wanted = question.want or list(desk.plots)
+    wanted = list(desk.plots) if question.want is None else question.want
     now: dict[str, str] = {}
     for name, plot in desk.plots.items():
         if name not in wanted:

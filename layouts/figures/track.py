@@ -90,7 +90,7 @@ def path_figure(shown: Shown) -> Figure:
     # The axes are those of truth and measurements: they must not move while the gains do.
     still_x, still_y = (np.concatenate([planes[kind][i] for kind in ("truth", "observed")]) for i in (0, 1))
     cursor = view.cursor(len(result.truth.times))
-    here = plane_of(result, whereabouts(series), slice(cursor, cursor + 1))
+    here = plane_of(result, grained(whereabouts(series), step), slice(cursor, cursor + 1))
     t = tokens(theme)
     some = thinned(len(result.truth.times))
     data = [trace(kind, *planes[kind], theme) for kind in SERIES]

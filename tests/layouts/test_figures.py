@@ -17,6 +17,8 @@ from layouts.figures.common import (
     clipped,
     coordinates,
     drawn,
+    grain,
+    grained,
     moving,
     packed,
     padded_range,
@@ -159,6 +161,35 @@ def test_every_axis_says_what_it_shows_and_in_which_unit(scenario):
 # What is drawn -----------------------------------------------------------------------------------------------------
 
 
+def assert_drawn(got, exact, span):
+    """What is drawn is the run to a part in 131,000 of what is seen: a hundred times enlarged, less than a pixel."""
+    np.testing.assert_array_equal(np.isnan(got), np.isnan(exact))
+    assert np.all(np.isnan(exact) | (np.abs(got - exact) <= span * 2.0**-17 + np.spacing(np.abs(exact).astype("f4"))))
+
+
+@given(
+    values=st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=1, max_size=50),
+    offset=st.sampled_from([0.0, 1e3, -1e9]),
+    size=st.sampled_from([1e-300, 1e-3, 1.0, 1e5, 1e300]),
+)
+def test_nothing_is_rounded_by_more_than_half_a_grain(values, offset, size):
+    with np.errstate(over="ignore", invalid="ignore"):
+        values = np.array(values) % 1 * size + offset
+    step = float(grain(values))
+    finite = values[np.isfinite(values)]
+    span = float(np.ptp(finite)) if finite.size else 0.0
+    drawn = grained(values, step)
+    np.testing.assert_array_equal(np.isfinite(drawn), np.isfinite(values))
+    if not span:
+        assert math.isnan(step)
+        np.testing.assert_array_equal(drawn, values)
+        return
+    assert 2**-17 < step / span <= 2**-16 or step < 1e-300
+    assert np.all(np.abs(drawn - values)[np.isfinite(values)] <= step / 2)
+    # What is drawn is drawn where it is.
+    np.testing.assert_array_equal(grained(drawn, step), drawn)
+
+
 @pytest.mark.parametrize("quantity", [0, 1, 2])
 @pytest.mark.parametrize("axis", [0, 1])
 def test_the_lines_are_the_run(axis, quantity):
@@ -166,15 +197,18 @@ def test_the_lines_are_the_run(axis, quantity):
     view = View(axis=axis, quantity=quantity)
     path, states = series(plots(result, view)["path"]), series(plots(result, view)["axis"])
     times = result.truth.times.astype("f4")
+    everywhere = np.ptp(np.concatenate((result.truth.positions, result.measurements.positions)), axis=0)
+    low, high = plots(result, view)["axis"]["layout"]["yaxis"]["range"]
     for kind, values in (
         ("truth", result.truth.states),
         ("predicted", result.track.predicted),
         ("smoothed", result.track.smoothed),
     ):
-        np.testing.assert_array_equal(points(path[kind]), values[:, :, 0].astype("f4"))
+        assert_drawn(points(path[kind]), values[:, :, 0], everywhere)
         np.testing.assert_array_equal(points(states[kind])[:, 0], times)
-        np.testing.assert_array_equal(points(states[kind])[:, 1], values[:, axis, quantity].astype("f4"))
-    np.testing.assert_array_equal(points(path["observed"]), result.measurements.positions.astype("f4"))
+        span = high - low if quantity else everywhere[axis]
+        assert_drawn(points(states[kind])[:, 1], values[:, axis, quantity], span)
+    assert_drawn(points(path["observed"]), result.measurements.positions, everywhere)
     assert states["observed"]["visible"] is (quantity == 0)
 
 
@@ -190,11 +224,11 @@ def test_exaggeration_multiplies_deviations_from_the_truth_and_nothing_else(scen
         "predicted": result.track.predicted[:, :, 0],
         "smoothed": result.track.smoothed[:, :, 0],
     }
-    for figure in (plots(result, view)["path"], plots(result, view)["close-up"]):
-        for kind, trace in series(figure).items():
-            exact = (truth + factor * (wanted[kind] - truth)).astype("f4")
+    everywhere = np.ptp(np.concatenate((truth, wanted["observed"])), axis=0)
+    for name, span in (("path", everywhere), ("close-up", 0.0)):
+        for kind, trace in series(plots(result, view)[name]).items():
             got = points(trace)[rows]
-            np.testing.assert_array_equal(got if truth.shape[1] > 1 else got[:, 1:], exact)
+            assert_drawn(got if truth.shape[1] > 1 else got[:, 1:], truth + factor * (wanted[kind] - truth), span)
     # Numbers are not drawings: the other plots do not change.
     for name in ("axis", "error", "stability"):
         assert same(plots(result, view)[name], plots(result)[name])
@@ -357,7 +391,7 @@ def test_the_error_is_the_distance_to_the_truth(samples):
     data = plots(result)["error"]["data"]
     deviation = result.track.smoothed[:, :, 0] - result.truth.positions
     expected = np.array([math.hypot(*row) for row in deviation])
-    np.testing.assert_allclose(coordinates(data[1]["y"]), expected.astype("f4"), rtol=1e-6)
+    assert_drawn(coordinates(data[1]["y"]), expected, plots(result)["error"]["layout"]["yaxis"]["range"][1])
     assert (data[1].get("visible", True) is False) == (samples == 60)
     raw = result.measurements.positions - result.truth.positions
     level = math.sqrt(sum(math.hypot(*row) ** 2 for row in raw) / samples)
