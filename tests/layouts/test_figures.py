@@ -55,6 +55,19 @@ def plots(result, view=None, theme="light"):
     }
 
 
+@given(
+    values=st.lists(st.floats(-1e6, 1e6, width=32) | st.just(math.nan), max_size=20),
+    dtype=st.sampled_from(["f4", "f8"]),
+)
+def test_a_packed_array_keeps_the_numbers_that_its_text_holds(values, dtype):
+    """They are read off it where it was made; a browser, or who has it from there, has the text alone."""
+    array = packed(np.array(values), dtype)
+    sent = json.loads(orjson.dumps(array))
+    assert set(sent) == {"dtype", "bdata"}
+    np.testing.assert_array_equal(coordinates(array), np.array(values, dtype="f4"))
+    np.testing.assert_array_equal(coordinates(sent), coordinates(array))
+
+
 def series(figure):
     """The traces of the four kinds of data, by kind; the faint lines behind a running mean are none."""
     return {
