@@ -26,8 +26,8 @@ SUITES, ASSETS = "_dash-component-suites/", "assets/"
 PLOTLY = f"{SUITES}plotly/package_data/plotly.min.js"
 HTML = "text/html; charset=utf-8"
 
-UNUSED = ("dash/dash_table/",)
-"""Of Dash's scripts: its tables."""
+UNUSED = ("dash/dash_table/", "dash/dcc/async-mathjax")
+"""Of Dash's scripts: its tables, and what sets formulas."""
 
 TOLD = (
     "dash_version", "dash_version_url", "ddk_version", "disable_version_check", "plotly_cloud_installed",
