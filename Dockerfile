@@ -15,11 +15,9 @@ COPY . .
 RUN find . -type f -exec sh -c 'for file; do touch -d "@$(stat -c %Y "$file")" "$file"; done' sh {} +
 # The server cannot write bytecode later. None of it is compared with its source, which nobody can change.
 RUN /venv/bin/python -m compileall -q -j 0 --invalidation-mode unchecked-hash /venv/lib .
-# Made once, after the times of files have been set: machine code for the families of processors that servers have (on any
+# Made once, after the times of files have been set: machine code for the family of processors that servers have (on any
 # other the server compiles at its start), and everything that browsers keep, compressed as small as it goes.
-RUN if [ "$(uname -m)" = x86_64 ]; then \
-        for level in x86-64-v3 x86-64-v4; do /venv/bin/python -m tracker_core compile --level "$level" || exit 1; done; \
-    fi \
+RUN { [ "$(uname -m)" != x86_64 ] || /venv/bin/python -m tracker_core compile --level x86-64-v3; } \
     && /venv/bin/python -m scripts.compress \
     && chmod -R a+rX /gainscope
 

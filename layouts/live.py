@@ -7,10 +7,10 @@ callback.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+import orjson
 from fastapi import FastAPI, WebSocket
 
 from layouts.questions import Question
@@ -51,6 +51,6 @@ def attach(server: FastAPI, path: str, read: Reader[Question], answer: Answer, w
 
 def framed(rest: Mapping[str, Any], arrays: Iterable[FloatArray]) -> bytes:
     """A message of text and numbers: length of the text (4 bytes), the text as JSON, padding, 32-bit floats."""
-    text = json.dumps(rest).encode()
+    text = orjson.dumps(rest, option=orjson.OPT_SERIALIZE_NUMPY)
     text += b" " * (-len(text) % 4)
     return b"".join((len(text).to_bytes(4, "little"), text, *(array.tobytes() for array in arrays)))

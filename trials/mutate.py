@@ -91,9 +91,6 @@ class Sample:
                 {"seq": 2, "query": "", "theme": "dark", "stop": True},
                 {"seq": 2, "query": "", "theme": "dark", "look": True},
             ]
-        sample.messages["/_dash-ws-callback"] = [
-            {"type": "callback_request", "rendererId": "r", "requestId": "1", "payload": body} for body in sample.bodies
-        ]
         return sample
 
 

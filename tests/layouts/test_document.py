@@ -42,7 +42,7 @@ def test_every_page_has_the_same_document(get, text):
         answer = get(path)
         assert (answer.status_code, answer.text) == (200, text), path
         assert answer.headers["Cache-Control"] == ASK
-        assert answer.headers["Content-Security-Policy"] == document_policy(text)
+        assert answer.headers["Content-Security-Policy"] == f"{document_policy(text)}; frame-ancestors 'self'"
 
 
 @pytest.mark.parametrize("path", ["/nothing", "/3d/more", "/favicon.ico", "/%2e%2e/app.py", "/index.html"])
@@ -63,8 +63,8 @@ def test_what_its_scripts_ask_for_is_there_beside_them(get, text, settings):
     assert graph.rpartition("/")[0] == main.rpartition("/")[0]
     assert settings["plotlyjs_url"] in addresses(text)
     assert settings["serve_locally"] is False
-    for address in (settings["plotlyjs_url"], settings["websocket"]["worker_url"]):
-        assert get(address).headers["Cache-Control"] == IMMUTABLE
+    assert get(settings["plotlyjs_url"]).headers["Cache-Control"] == IMMUTABLE
+    assert "websocket" not in settings
 
 
 def test_the_browser_is_told_of_plotly_before_a_plot_asks_for_it(text, settings):

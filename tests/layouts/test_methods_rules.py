@@ -428,9 +428,7 @@ def test_a_pinned_method_is_compared_with_on_both_pages(controls_for, request_fo
 
 # Anything ----------------------------------------------------------------------------------------------------------
 
-JUNK: st.SearchStrategy = st.sampled_from(
-    ["", "0", "abc", "nan", "1e9", "-3", None, True, [], {"a": 1}, 10**400, 0.1, 2, 7, "0.5"]
-)
+JUNK: st.SearchStrategy = st.sampled_from(["", "0", "abc", "nan", "1e9", "-3", None, 10**400, 0.1, 2, 7, "0.5"])
 ANY = {
     "design": st.sampled_from(["manual", *DESIGNS, *NAMES]),
     "order": st.sampled_from([2, 3, 4, "2", "3", "4", "5"]),
