@@ -95,6 +95,7 @@ def document_policy(text: str) -> str:
     """What the browser may do on behalf of the document; who may show it in a frame is not in it."""
     return policy(
         *inline_scripts(text),
+        # Dash's scripts put their styles into the document.
         style_src="'self' 'unsafe-inline'",
         # plotly makes the pictures of its figures from such.
         img_src="'self' data: blob:",

@@ -1,0 +1,56 @@
+"""What a content security policy could stand in the way of, and does not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+STARTS = {"svg": b"<svg", "png": b"\x89PNG\r\n"}
+
+
+@pytest.mark.parametrize("kind", STARTS)
+def test_a_figure_is_saved(open_page, kind):
+    page = open_page("?samples=60")
+    page.click("#explore-path-card .save summary")
+    with page.expect_download() as download:
+        page.click(f'#explore-path-card [data-save="{kind}"]')
+    assert download.value.suggested_filename.endswith(f"-path.{kind}")
+    data = Path(download.value.path()).read_bytes()
+    assert data.startswith(STARTS[kind])
+    assert len(data) > 5_000
+
+
+def test_the_link_is_copied(open_page):
+    page = open_page("?samples=60", permissions=["clipboard-read", "clipboard-write"])
+    page.click("#copy-link")
+    page.wait_for_function("() => document.getElementById('copy-link').textContent === 'Copied'")
+    assert page.evaluate("() => navigator.clipboard.readText()") == page.url
+
+
+TRIED = {
+    # Later, since what the test says itself may do anything.
+    "script-src": "setTimeout(() => { try { eval('window.ran = true'); } catch (error) { /* as it should be */ } })",
+    "script-src-attr": "document.body.insertAdjacentHTML('beforeend', '<img src=x: onerror=\"window.ran = true\">')",
+    "script-src-elem": """{
+        const script = document.createElement("script");
+        script.textContent = "window.ran = true";
+        document.body.append(script);
+    }""",
+}
+
+
+@pytest.mark.parametrize("directive", TRIED)
+def test_no_text_becomes_code(browser, port, directive):
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto(f"http://127.0.0.1:{port}/papers")
+    stopped = page.evaluate(
+        f"""() => new Promise((resolve) => {{
+            document.addEventListener("securitypolicyviolation", (event) => resolve(event.effectiveDirective));
+            {TRIED[directive]};
+        }})"""
+    )
+    assert stopped == directive
+    assert page.evaluate("() => window.ran") is None
+    context.close()
