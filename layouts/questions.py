@@ -81,11 +81,14 @@ class Question(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     @property
     def is_long(self) -> bool:
         """Whether others would have to wait for the answer."""
+        # Numba takes half a second to import, and a server that starts has better things to do.
+        from tracker_core.kernels.loading import held
+
         # Of what is pinned every filter may run, and a file may have to be read first.
         if self.pins or self.pinning or self.controls.get("data"):
             return True
         try:
-            return float(self.controls.get("samples") or 0) > LONG_RUN
+            return float(self.controls.get("samples") or 0) > LONG_RUN or held()
         except (ValueError, OverflowError):
             return False
 

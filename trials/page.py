@@ -171,7 +171,7 @@ class Desk:
         self.values |= changed
         wanted = list(want) or None
         if live:
-            share = self._in_turn[self._turn % len(self._in_turn) :][:1] if self._in_turn else [None]
+            share = self._in_turn[self._turn % len(self._in_turn) :][:1] if self._in_turn else []
             self._turn += 1
             wanted = [*self._often, *share]
         return {
