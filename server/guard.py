@@ -13,6 +13,7 @@ from starlette.requests import ClientDisconnect
 from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocketDisconnect
 from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
+from uvicorn.protocols.utils import ClientDisconnected
 
 from server import errors, metrics
 from server.access import Access
@@ -163,7 +164,7 @@ class Guard:
         except Exception as error:  # noqa: BLE001 - whatever it is, it is logged and ends the socket
             failure = error
         failure = failure or errors.kept(channel.scope)
-        if failure is None or isinstance(failure, WebSocketDisconnect):
+        if failure is None or isinstance(failure, (WebSocketDisconnect, ClientDisconnected)):
             return
         errors.log(failure, channel.scope, template(channel.scope))
         await channel.fail(errors.unanswered())

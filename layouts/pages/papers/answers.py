@@ -119,7 +119,7 @@ def _named(paper: str, part: str) -> tuple[Paper, str, str]:
 
 def _table(paper: Paper, table: Table, options: Mapping[str, str]) -> dict[str, Any]:
     if not table.seeds:
-        return _content(table, reproduce(paper, table)) | {"runs": 0, "wanted": 0}
+        return _content(paper.name, table.name, None) | {"runs": 0, "wanted": 0}
     wanted = int(SEEDS.check("wanted", table.seeds if options.get("wanted") is None else options["wanted"]))
     remembered = _REMEMBERED.get((paper.name, table.name), 0)
     begun, before = perf_counter(), min(wanted, remembered)
@@ -129,10 +129,15 @@ def _table(paper: Paper, table: Table, options: Mapping[str, str]) -> dict[str, 
         runs += 1
         prepare(paper, table, runs)
     _REMEMBERED[paper.name, table.name] = max(runs, remembered)
-    return _content(table, reproduce(paper, table, runs)) | {"runs": runs, "wanted": wanted}
+    return _content(paper.name, table.name, runs) | {"runs": runs, "wanted": wanted}
 
 
-def _content(table: Table, outcomes: list[Outcome]) -> dict[str, Any]:
+@lru_cache(maxsize=200)
+def _content(paper: str, name: str, runs: int | None) -> dict[str, Any]:
+    """What stands in a table after so many runs: to judge its cells takes as long as a run, and everyone asks for it."""
+    found = papers()[paper]
+    table = found.table(name)
+    outcomes = reproduce(found, table, runs)
     return {"cells": [cell_content(outcome) for outcome in outcomes], "reasons": reasons(table, outcomes)}
 
 
