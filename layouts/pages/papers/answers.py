@@ -134,7 +134,7 @@ def _table(paper: Paper, table: Table, options: Mapping[str, str]) -> dict[str, 
 
 @lru_cache(maxsize=200)
 def _content(paper: str, name: str, runs: int | None) -> dict[str, Any]:
-    """What stands in a table after so many runs: to judge its cells takes as long as a run, and everyone asks for it."""
+    """What stands in a table after so many runs: judging its cells takes long, and everyone asks for the same."""
     found = papers()[paper]
     table = found.table(name)
     outcomes = reproduce(found, table, runs)
