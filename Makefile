@@ -22,7 +22,9 @@ serve: ## serve the laboratory on http://127.0.0.1:8050
 test: development ## run all tests
 	@$(MAKE) --no-print-directory --keep-going -j1 test-without-browser test-browser
 
+# Compiled once: otherwise each worker, and each server that a test starts, compiles the same loops.
 test-without-browser: development
+	$(python) -m tracker_core compile
 	$(python) -m pytest -n auto --maxprocesses 8 --ignore tests/browser
 
 test-browser: development
