@@ -22,10 +22,13 @@ def test_a_figure_is_saved(open_page, kind):
 
 
 def test_the_link_is_copied(open_page):
-    page = open_page("?samples=60", permissions=["clipboard-read", "clipboard-write"])
+    page = open_page("?samples=60", permissions=["clipboard-write"])
     page.click("#copy-link")
     page.wait_for_function("() => document.getElementById('copy-link').textContent === 'Copied'")
-    assert page.evaluate("() => navigator.clipboard.readText()") == page.url
+    # What is on the clipboard no page may ask for; a hand may paste it.
+    page.evaluate("() => { const box = document.createElement('textarea'); document.body.append(box); box.focus(); }")
+    page.keyboard.press("Control+V")
+    assert page.evaluate("() => document.activeElement.value") == page.url
 
 
 TRIED = {
