@@ -107,7 +107,9 @@ def trial(short: bool = False) -> Iterator[Finding]:
 
 
 async def _tried(port: int, bodies: int, messages: int) -> list[Finding]:
-    sample = await Sample.taken(Client(port))
+    client = Client(port)
+    sample = await Sample.taken(client)
+    await client.close()
     findings = []
     for what, count, ask in (("bodies", bodies, _post), ("messages", messages, _say)):
         faults, seconds = await _asked(port, sample, count, ask)

@@ -134,7 +134,8 @@ def test_scheduler_and_worker_of_the_compose_file_do_the_work(tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = str(free.getsockname()[1])
     services = yaml.safe_load((ROOT / "compose.yaml").read_text(encoding="utf-8"))["services"]
-    assert services["gainscope"]["environment"]["GAINSCOPE_DASK_SCHEDULER"] == "${GAINSCOPE_DASK_SCHEDULER:-}"
+    held = yaml.safe_load((ROOT / "deploy" / "contained.yaml").read_text(encoding="utf-8"))["services"]["server"]
+    assert held["environment"]["GAINSCOPE_DASK_SCHEDULER"] == "${GAINSCOPE_DASK_SCHEDULER:-}"
     running = []
     try:
         for service in ("scheduler", "worker"):
