@@ -58,6 +58,7 @@ def build(
     from server.compression import Compression
     from server.dispatch import Dispatch, finish
     from server.files import Files, Serving
+    from server.helpers import Helpers
     from server.work import Work
 
     life = life or Life()
@@ -65,7 +66,9 @@ def build(
         scenes.Scenes(settings.scenes),
         Studies(executor, minutes=settings.study_minutes, waiting=settings.studies_waiting),
         Work(seconds=settings.work_seconds),
+        Helpers(settings.helpers, (sys.executable, "-m", "layouts.helper", settings.log, settings.log_level)),
     )
+    life.at_stop(services.helpers.stop)
     life.at_stop(services.scenes.close)
     life.at_stop(services.studies.stop)
     app = Dash(

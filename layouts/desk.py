@@ -8,22 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
-from dash import ClientsideFunction, Dash, Input, Output, Patch, dcc, no_update
+from dash import Patch, dcc, no_update
 from dash.development.base_component import Component
 
-from layouts import live
 from layouts.controls import Resolution, controls_of, resolve
 from layouts.figures.common import Figure, Path, coordinates, moving, moving_traces
 from layouts.questions import Question, page_reader
 from layouts.readouts import common_report
-from layouts.services import Services
 from layouts.shown import Shown
 from layouts.state import Settings, from_query
 from layouts.text import error_text
-from server.dispatch import describe
+from server.typed import Reader
 from tracker_core import InputError, Result, run_experiment
 from tracker_core.measured import DATA, known
 from tracker_core.types import FloatArray
@@ -61,7 +58,8 @@ class Desk:
             `rows` of tables, draggable `handles` per plot, an `offer`, choices that menus `offers`, `fields` shown, the
             `filters` that are compared.
         sliders: what its sliders span.
-        scene: shows a run in the page's scene in three dimensions; None where it has none.
+        picture: what the page's scene in three dimensions shows of a run; None where it has none.
+        show: shows a picture in the scene with a token; None where there is nobody to see it.
         beside: what the page says of its controls whether or not they can be run; None for nothing.
     """
 
@@ -70,7 +68,8 @@ class Desk:
     tables: Mapping[str, Tables]
     report: Callable[[Shown], dict[str, Any]]
     sliders: Mapping[str, Any]
-    scene: Callable[[Shown], None] | None = None
+    picture: Callable[[Shown], Any] | None = None
+    show: Callable[[str, Any], None] | None = None
     beside: Callable[[Mapping[str, Any]], dict[str, Any]] | None = None
 
 
@@ -105,33 +104,9 @@ def stores(desk: Desk, query: Mapping[str, Any]) -> list[Component]:
     ]
 
 
-def register(app: Dash, desk: Desk, services: Services) -> None:
-    """Attach a page's callbacks and its socket."""
-    page, work = desk.page, services.work
-    app.clientside_callback(
-        ClientsideFunction("desk", "begin"), Output(f"{page}-begun", "data"), Input(f"{page}-beginning", "data")
-    )
-    app.clientside_callback(
-        ClientsideFunction("desk", "finish"),
-        Output(f"{page}-answered", "data"),
-        Input(f"{page}-answer", "data"),
-        prevent_initial_call=True,
-    )
-
-    @app.callback(
-        *[Output(plot, "figure") for plot in desk.plots],
-        *[Output(place, "children") for place in desk.tables],
-        Output(f"{page}-answer", "data"),
-        Input(f"{page}-request", "data"),
-        prevent_initial_call=True,
-    )
-    async def update(question: Question) -> tuple[Any, ...]:
-        updates, rest = await work.run(answer, desk, question) if question.is_long else answer(desk, question)
-        return *updates, rest
-
-    read = page_reader([*desk.plots, *desk.tables])
-    describe(app, f"{page}-request.data", read)
-    live.attach(app.server, f"/{page}/live", read, partial(live_answer, desk), work)
+def reader_of(desk: Desk) -> Reader[Question]:
+    """What reads the page's questions."""
+    return page_reader([*desk.plots, *desk.tables])
 
 
 def drawing_keys(desk: Desk, shown: Shown) -> dict[str, str]:
@@ -253,8 +228,8 @@ def _refusal(desk: Desk, question: Question, resolution: Resolution) -> dict[str
 
 
 def _report(desk: Desk, question: Question, resolution: Resolution, shown: Shown) -> dict[str, Any]:
-    if desk.scene is not None and shown.scene:
-        desk.scene(shown)
+    if desk.picture is not None and desk.show is not None and shown.scene:
+        desk.show(shown.scene, desk.picture(shown))
     rest = common_report(shown.result, shown.settings, live=shown.live)
     own = desk.report(shown)
     for part in ("texts", "offers", "fields"):

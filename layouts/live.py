@@ -7,7 +7,7 @@ callback.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Awaitable, Callable, Iterable, Mapping
 from typing import Any
 
 import orjson
@@ -17,13 +17,11 @@ from layouts.questions import Question
 from server.problem import said
 from server.sockets import listen
 from server.typed import Reader
-from server.work import NoAnswerError, Work
+from server.work import NoAnswerError
 from tracker_core.types import FloatArray
 
-Answer = Callable[[Question], tuple[Mapping[str, Any], Iterable[FloatArray]]]
 
-
-def attach(server: FastAPI, path: str, read: Reader[Question], answer: Answer, work: Work) -> None:
+def attach(server: FastAPI, path: str, read: Reader[Question], give: Callable[[Question], Awaitable[bytes]]) -> None:
     """Serve questions on a socket.
 
     Where there is no answer, the text part is `{seq, problem, again}`: what is wrong in the shape of every refusal, and
@@ -33,18 +31,18 @@ def attach(server: FastAPI, path: str, read: Reader[Question], answer: Answer, w
         server: the application.
         path: of the socket.
         read: from a text to a question.
-        answer: from a question to the text part and the arrays of the answer.
-        work: where answers are made that would hold up others.
+        give: answers a question with a message (see `framed`); raises NoAnswerError.
     """
 
     @server.websocket(path)
     async def socket(websocket: WebSocket) -> None:
         async def hear(question: Question) -> None:
             try:
-                found = await work.run(answer, question) if question.is_long else answer(question)
+                message = await give(question)
             except NoAnswerError as error:
-                found = {"seq": question.seq, "problem": said(error.error, error.message), "again": error.again}, ()
-            await websocket.send_bytes(framed(*found))
+                problem = said(error.error, error.message)
+                message = framed({"seq": question.seq, "problem": problem, "again": error.again}, ())
+            await websocket.send_bytes(message)
 
         await listen(websocket, read, hear, lambda problem: framed({"problem": problem, "again": None}, ()))
 

@@ -9,6 +9,7 @@ from fastapi import FastAPI
 from layouts.scenes import Scenes
 from layouts.studies import Studies
 from server import metrics
+from server.helpers import Helpers
 from server.work import Work
 
 
@@ -20,11 +21,13 @@ class Services:
         scenes: scenes in three dimensions.
         studies: what takes minutes.
         work: answers that take more than a moment.
+        helpers: other processes for those that take none, where there are many.
     """
 
     scenes: Scenes
     studies: Studies
     work: Work
+    helpers: Helpers
 
     def attach(self, server: FastAPI) -> None:
         """Serve what is no page's, and show how much there is to do."""
@@ -33,3 +36,4 @@ class Services:
         watch("gainscope_scenes", "Scenes in three dimensions that are open.", lambda: self.scenes.stats().sessions)
         watch("gainscope_studies_running", "Studies that run.", lambda: self.studies.load()[0])
         watch("gainscope_studies_waiting", "Studies that wait for their turn.", lambda: self.studies.load()[1])
+        watch("gainscope_helpers", "Other processes that compute answers.", self.helpers.running)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
@@ -25,6 +26,9 @@ OF_TOOLS = frozenset({"GAINSCOPE_CHROMIUM"})
 
 DASH_TOOLS = ("DASH_DEBUG", "DASH_MCP_ENABLED")
 """What makes Dash show source code, or take orders from a language model."""
+
+MOST_HELPERS = 3
+"""Where nothing is set: each takes as much memory as the server."""
 
 UNSEEN = "a value that is not shown"
 
@@ -114,6 +118,11 @@ class Settings:
     sockets: int = _set(2000, _whole("Sockets that may be open at a time.", 1, 100_000))
     sockets_per_client: int = _set(500, _whole("Sockets of one client that may be open at a time.", 1, 100_000))
     scenes: int = _set(150, _whole("Scenes in three dimensions that may be open at a time.", 0, 10_000))
+    helpers: int = _set(
+        0,
+        _whole("Other processes that compute answers too while one processor is not enough.", 0, 64),
+        elsewhere="a processor less than there are, 3 at most",
+    )
     work_seconds: float = _set(30.0, _number("Time that one answer may take.", "s", 0.1, 3600))
     study_minutes: float = _set(60.0, _number("Time that one study may take.", "min", 0.01, 10_080))
     studies_waiting: int = _set(100, _whole("Studies that may wait for their turn.", 0, 100_000))
@@ -224,7 +233,13 @@ def _usual(environment: Mapping[str, str]) -> dict[str, Any]:
         data = ""
     else:
         data = str(Path(home) / "gainscope")
-    return {"data": data, "log": "text" if sys.stderr is not None and sys.stderr.isatty() else "json"}
+    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    helpers = min(max(processors - 1, 0), MOST_HELPERS)
+    return {
+        "data": data,
+        "helpers": helpers,
+        "log": "text" if sys.stderr is not None and sys.stderr.isatty() else "json",
+    }
 
 
 def _refuse_tools(environment: Mapping[str, str]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Iterator, Sequence
+from random import Random
 
 from trials.tally import Tally
 from trials.user import PAGES, User
@@ -20,23 +21,28 @@ def addresses(users: int, together: int = 40) -> Iterator[str]:
 async def crowd(
     port: int, users: int, pace: float, arrivals: float, seed: int = 1, pages: Sequence[str] = PAGES
 ) -> AsyncIterator[Tally]:
-    """Users who come one after the other and stay until the end.
+    """Users who come little by little and stay until the end.
 
     Args:
         port: of the server.
         users: how many.
         pace: seconds from one action of one of them to the next.
-        arrivals: of them a second.
+        arrivals: of them a second, on average.
         seed: by which everything is chosen.
         pages: that they open.
     """
     tally, over = Tally(), asyncio.Event()
 
-    async def come(number: int, address: str) -> None:
-        await asyncio.sleep(number / arrivals)
+    async def come(number: int, address: str, when: float) -> None:
+        await asyncio.sleep(when)
         await User(port, address, seed * 1000 + number, tally, pages).live(pace, over.is_set)
 
-    tasks = [asyncio.create_task(come(number, address)) for number, address in enumerate(addresses(users))]
+    # Not one after the other like clockwork: those would act at the same moments for ever.
+    random = Random(seed)
+    tasks = [
+        asyncio.create_task(come(number, address, random.uniform(0, users / arrivals)))
+        for number, address in enumerate(addresses(users))
+    ]
     try:
         await asyncio.sleep(users / arrivals)
         yield tally

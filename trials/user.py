@@ -209,7 +209,7 @@ class User:
     async def _socket(self, path: str) -> ClientConnection:
         return await connect(
             f"ws://127.0.0.1:{self._client.port}{path}", origin=Origin(self._client.origin), max_size=None,
-            local_addr=(self._client.address, 0), ping_interval=None, proxy=None,
+            local_addr=(self._client.address, 0), open_timeout=PATIENCE, ping_interval=None, proxy=None,
         )  # fmt: skip
 
     def _go(self, work: Callable[[], Awaitable[None]]) -> None:

@@ -11,12 +11,14 @@ import pytest
 from fastapi import FastAPI
 from msgspec.structs import replace
 
-from layouts import desk, live
+from layouts import answering, desk, live
 from layouts.live import framed
 from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.pages.track.answers import DESK as TRACK
 from layouts.questions import LONG_RUN, Question, page_reader
+from layouts.services import Services
+from server.helpers import Helpers
 from server.sockets import MESSAGE_LIMIT, TOO_LARGE, UNREADABLE
 from server.work import Work
 
@@ -189,7 +191,9 @@ def played():
 
     def play(answer, work, question):
         server = FastAPI()
-        live.attach(server, "/live", page_reader(["a"]), answer, work)
+        services = Services(None, None, work, Helpers(0, ()))
+        give = partial(answering.give, services, "a live", lambda asked: framed(*answer(asked)))
+        live.attach(server, "/live", page_reader(["a"]), give)
         asked = {"type": "websocket.receive", "text": text(question)}
         incoming = iter([{"type": "websocket.connect"}, asked, {"type": "websocket.disconnect", "code": 1000}])
         sent = []

@@ -289,7 +289,7 @@ def test_the_scene_shows_the_first_three_gains(gains, theme):
 @pytest.mark.parametrize("ask_for", [answer, live_answer], ids=["answer", "live"])
 def test_a_scene_is_shown_what_the_page_shows_and_only_to_who_knows_its_secret(controls_for, request_for, ask_for):
     seen = []
-    desk = replace(DESK, scene=lambda shown: seen.append((shown.scene, picture(shown).gains)))
+    desk = replace(DESK, show=lambda token, picture: seen.append((token, picture.gains)))
     token = "0123456789abcdef" * 2
     controls = controls_for(View(), **manual(STABLE[3]))
     ask_for(desk, request_for(controls, scene=""))

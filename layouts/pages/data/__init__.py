@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dash import Dash
 
-from layouts import desk
+from layouts import answering
 from layouts.pages.data.answers import DESK
 from layouts.pages.data.suggesting import begin
 from layouts.pages.data.view import layout
@@ -19,5 +19,5 @@ __all__ = ["NAME", "PATH", "TITLE", "layout", "register"]
 
 def register(app: Dash, services: Services) -> None:
     """Attach the page's callbacks and its suggestion."""
-    desk.register(app, DESK, services)
+    answering.register(app, DESK, services)
     services.studies.attach(app.server, f"/{DESK.page}/study", begin)

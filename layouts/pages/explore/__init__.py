@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dash import Dash
 
-from layouts import desk
+from layouts import answering
 from layouts.pages.explore.answers import DESK
 from layouts.pages.explore.view import layout
 from layouts.services import Services
@@ -18,4 +18,4 @@ __all__ = ["NAME", "PATH", "TITLE", "layout", "register"]
 
 def register(app: Dash, services: Services) -> None:
     """Attach the page's callbacks."""
-    desk.register(app, DESK, services)
+    answering.register(app, DESK, services)

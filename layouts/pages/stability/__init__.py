@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from dash import Dash
 
-from layouts import desk
-from layouts.pages.stability.answers import DESK, picture
+from layouts import answering
+from layouts.pages.stability.answers import DESK
 from layouts.pages.stability.view import layout
 from layouts.services import Services
 
@@ -20,5 +18,4 @@ __all__ = ["NAME", "PATH", "TITLE", "layout", "register"]
 
 def register(app: Dash, services: Services) -> None:
     """Attach the page's callbacks."""
-    show = replace(DESK, scene=lambda shown: services.scenes.show(shown.scene, picture(shown)))
-    desk.register(app, show, services)
+    answering.register(app, DESK, services)

@@ -178,4 +178,5 @@ DESK = Desk(
     tables={NUMBERS: numbers},
     report=report,
     sliders=SLIDERS,
+    picture=picture,
 )

@@ -59,4 +59,5 @@ DESK = Desk(
     tables={},
     report=report,
     sliders=SLIDERS,
+    picture=picture,
 )

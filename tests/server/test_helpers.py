@@ -1,0 +1,255 @@
+"""Helpers: that they come when they are needed and go when not, and that losing one loses nothing."""
+
+import asyncio
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from server import helpers
+from server.helpers import ComputingError, Helpers
+
+HELPER = """
+import os, sys, time
+from server.helpers import frame, question_in
+
+def say(right, answer):
+    sys.stdout.buffer.write(frame((right, answer)))
+    sys.stdout.flush()
+
+{start}
+say(True, b"")
+while (asked := question_in(sys.stdin.buffer.read)) is not None:
+    name, question = asked
+    if name == "pid":
+        say(True, str(os.getpid()).encode())
+    elif name == "wrong":
+        say(False, b"Traceback: " + question)
+    elif name == "die":
+        os._exit(3)
+    elif name == "hang":
+        time.sleep(60)
+    elif name == "babble":
+        sys.stdout.buffer.write(b"\\x03\\x00\\x00\\x00abc")
+        sys.stdout.flush()
+    else:
+        say(True, name.encode() + question)
+"""
+
+
+@pytest.fixture
+def hurried(monkeypatch):
+    """Every loop counts as late, and helpers come at once."""
+    monkeypatch.setattr(helpers, "EVERY", 0.005)
+    monkeypatch.setattr(helpers, "LOOKS", 1)
+    monkeypatch.setattr(helpers, "LATE", -1.0)
+    monkeypatch.setattr(helpers, "AGAIN", 0.005)
+
+
+def with_helpers(play, most=1, start=""):
+    """What `play` gives, a coroutine function of helpers; they are ended afterwards."""
+
+    async def whole():
+        some = Helpers(most, (sys.executable, "-c", HELPER.format(start=start)))
+        try:
+            async with asyncio.timeout(60):
+                return await play(some)
+        finally:
+            some.stop()
+            await until(lambda: not some.running())
+
+    return asyncio.run(whole())
+
+
+async def answered(some, name="pid", question=b""):
+    """The first answer of a helper, and how often there was none before."""
+    without = 0
+    while (found := await some.compute(name, lambda: question)) is None:
+        without += 1
+        await asyncio.sleep(0.01)
+    return found, without
+
+
+async def until(condition):
+    while not condition():  # noqa: ASYNC110 - nobody tells
+        await asyncio.sleep(0.01)
+
+
+def is_running(number):
+    try:
+        return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_where_none_are_allowed_none_come(hurried):
+    async def play(some):
+        for _ in range(20):
+            assert await some.compute("pid", lambda: b"") is None
+            await asyncio.sleep(0.005)
+        return some.running()
+
+    assert with_helpers(play, most=0) == 0
+
+
+def test_a_quiet_server_has_none(monkeypatch):
+    monkeypatch.setattr(helpers, "EVERY", 0.005)
+    monkeypatch.setattr(helpers, "LATE", 1.0)
+
+    async def play(some):
+        for _ in range(20):
+            assert await some.compute("pid", lambda: b"") is None
+            await asyncio.sleep(0.005)
+        return some.running()
+
+    assert with_helpers(play) == 0
+
+
+def test_a_late_loop_calls_one_and_it_answers(hurried):
+    async def play(some):
+        found, without = await answered(some, "say ", b"hello")
+        # While it starts, the question is not kept waiting.
+        assert without > 0
+        assert found == b"say hello"
+        assert some.running() == 1
+
+    with_helpers(play)
+
+
+def test_lateness_is_what_calls(monkeypatch):
+    monkeypatch.setattr(helpers, "EVERY", 0.01)
+    monkeypatch.setattr(helpers, "LOOKS", 2)
+
+    async def play(some):
+        while not some.running():
+            assert await some.compute("pid", lambda: b"") is None
+            # What computes here holds up everybody.
+            time.sleep(0.06)  # noqa: ASYNC251
+            await asyncio.sleep(0)
+        return await answered(some)
+
+    assert int(with_helpers(play)[0]) > 0
+
+
+def test_many_questions_get_their_own_answers(hurried):
+    async def play(some):
+        await answered(some)
+        asked = [some.compute(f"{number}:", lambda number=number: b"x" * 997 * number) for number in range(90)]
+        return await asyncio.gather(*asked)
+
+    assert with_helpers(play) == [b"%d:" % number + b"x" * 997 * number for number in range(90)]
+
+
+def test_one_that_is_full_takes_no_more(hurried, monkeypatch):
+    monkeypatch.setattr(helpers, "DEPTH", 3)
+
+    async def play(some):
+        await answered(some)
+        return await asyncio.gather(*(some.compute("a", lambda: b"") for _ in range(5)))
+
+    assert with_helpers(play) == [b"a"] * 3 + [None] * 2
+
+
+def test_there_are_no_more_than_allowed(hurried):
+    async def play(some):
+        await answered(some)
+        await until(lambda: some.running() == 2)
+        await asyncio.sleep(0.1)
+        return some.running()
+
+    assert with_helpers(play, most=2) == 2
+
+
+def test_what_fails_there_fails_here_and_it_goes_on(hurried):
+    async def play(some):
+        first, _ = await answered(some)
+        with pytest.raises(ComputingError, match="Traceback: it"):
+            await some.compute("wrong", lambda: b"it")
+        assert await some.compute("pid", lambda: b"") == first
+
+    with_helpers(play)
+
+
+@pytest.mark.parametrize("end", ["die", "babble"])
+def test_one_that_is_lost_costs_no_answer(hurried, caplog, end):
+    async def play(some):
+        first, _ = await answered(some)
+        # Asked before it is known to be lost.
+        found = await asyncio.gather(*(some.compute(name, lambda: b"") for name in ("a", end, "b", "c")))
+        assert found == [b"a", None, None, None]
+        second, _ = await answered(some)
+        assert first != second
+        assert not is_running(int(first))
+
+    with_helpers(play)
+    assert "A helper is gone" in caplog.text
+
+
+def test_one_that_hangs_is_ended(hurried, monkeypatch, caplog):
+    monkeypatch.setattr(helpers, "PATIENCE", 0.2)
+
+    async def play(some):
+        first, _ = await answered(some)
+        assert await some.compute("hang", lambda: b"") is None
+        await until(lambda: not is_running(int(first)))
+
+    with_helpers(play)
+    assert "has not answered hang within 0.2 s" in caplog.text
+
+
+def test_who_goes_away_leaves_the_others_their_answers(hurried):
+    async def play(some):
+        await answered(some)
+        gone, stays = (asyncio.create_task(some.compute(name, lambda: b"")) for name in ("gone", "stays"))
+        await asyncio.sleep(0)
+        gone.cancel()
+        return await stays
+
+    assert with_helpers(play) == b"stays"
+
+
+def test_one_that_nobody_needs_is_ended(hurried, monkeypatch, caplog):
+    monkeypatch.setattr(helpers, "IDLE", 0.3)
+
+    async def play(some):
+        first, _ = await answered(some)
+        monkeypatch.setattr(helpers, "LATE", 1.0)
+        await until(lambda: not some.running())
+        await until(lambda: not is_running(int(first)))
+
+    with_helpers(play)
+    assert not caplog.text
+
+
+@pytest.mark.parametrize("start", ["sys.exit(1)", "raise RuntimeError('no')"])
+def test_one_that_does_not_start_costs_nothing(hurried, caplog, start):
+    async def play(some):
+        await some.compute("a", lambda: b"")
+        await until(lambda: "A helper is gone" in caplog.text)
+        assert await some.compute("a", lambda: b"") is None
+
+    with_helpers(play, start=start)
+
+
+def test_a_command_that_there_is_not_costs_nothing(hurried, caplog):
+    async def whole():
+        some = Helpers(1, ("/there/is/no/such/command",))
+        assert await some.compute("a", lambda: b"") is None
+        await until(lambda: "A helper is gone: FileNotFoundError" in caplog.text)
+        some.stop()
+        return await some.compute("a", lambda: b"")
+
+    assert asyncio.run(whole()) is None
+
+
+def test_at_the_end_none_is_left(hurried):
+    async def play(some):
+        return (await answered(some))[0]
+
+    number = int(with_helpers(play))
+    for _ in range(100):
+        if not is_running(number):
+            break
+        time.sleep(0.05)
+    assert not is_running(number)
