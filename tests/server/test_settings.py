@@ -68,7 +68,14 @@ def test_a_password_stays_out_of_an_address_however_it_is_written(password, befo
         assert password not in without_password(address)
 
 
+@pytest.mark.parametrize(("processors", "helpers"), [(1, 0), (2, 1), (4, 3), (16, 3)])
+def test_where_nothing_is_set_there_is_a_helper_per_processor_more(monkeypatch, processors, helpers):
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: set(range(processors)), raising=False)
+    assert Settings.from_environment(HERE).helpers == helpers
+
+
 def test_where_nothing_is_set_the_defaults_hold_but_for_what_the_machine_says(monkeypatch):
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {0}, raising=False)
     assert Settings.from_environment(HERE) == replace(Settings(), data="/somebody/gainscope", log="json")
     monkeypatch.setattr("sys.stderr", type("Terminal", (io.StringIO,), {"isatty": lambda self: True})())
     assert Settings.from_environment(HERE).log == "text"
