@@ -5,7 +5,6 @@ The only place that reads the environment, but for what numba reads.
 
 from __future__ import annotations
 
-import gc
 import logging
 import os
 import sys
@@ -14,7 +13,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from server import lifecycle, logs
+from server import collecting, lifecycle, logs
 from server.lifecycle import Life, Server
 from server.settings import Settings
 from tracker_core.checks import InputError
@@ -123,8 +122,7 @@ def prepare(life: Life) -> None:
         loading = Loading(lambda: life.reach("ready"))
         life.at_stop(loading.stop)
         loading.run()
-        # What is here now stays: the collector need not look at it again and again.
-        gc.freeze()
+        collecting.settle()
 
     life.reach("compiling")
     threading.Thread(target=work, name="kernels", daemon=True).start()

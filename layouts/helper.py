@@ -6,7 +6,6 @@ no recordings and no scenes.
 
 from __future__ import annotations
 
-import gc
 import os
 import signal
 import sys
@@ -22,7 +21,7 @@ from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.pages.track.answers import DESK as TRACK
 from layouts.pages.tune.answers import DESK as TUNE
-from server import logs
+from server import collecting, logs
 from server.helpers import frame, question_in
 from tracker_core import kernels
 from tracker_core.kernels.child import make
@@ -43,7 +42,7 @@ def main() -> None:
     functions = {f"{desk.page} {kind}": _answering(desk, kind) for desk in DESKS for kind in KINDS}
     for name in SIGNATURES:
         make(getattr(kernels, name), name)
-    gc.freeze()
+    collecting.settle()
     _say(out, True, b"")
     while (asked := question_in(sys.stdin.buffer.read)) is not None:
         name, question = asked

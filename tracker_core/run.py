@@ -29,6 +29,9 @@ from tracker_core.suggestion import Suggestion
 from tracker_core.types import FloatArray, Measurements, Track, Truth
 
 CACHED_SAMPLES = 20_000
+SHORT_SAMPLES = 2_000
+"""Of runs this short many more are remembered: everybody in a class has another seed."""
+
 CACHED_WEIGHTS = 400_000
 """Samples times members of a bank whose run is remembered: a run keeps a weight or more for each of them."""
 
@@ -114,7 +117,9 @@ def observe(experiment: Experiment, *, remember: bool = True) -> tuple[Truth, Me
     Short runs are remembered, unless nobody will ask for them again.
     """
     key = tuple(getattr(experiment, name) for name in SEEN)
-    return _remembered(*key) if remember and experiment.samples <= CACHED_SAMPLES else _observe(*key)
+    if not remember or experiment.samples > CACHED_SAMPLES:
+        return _observe(*key)
+    return _remembered_short(*key) if experiment.samples <= SHORT_SAMPLES else _remembered(*key)
 
 
 SEEN = (
@@ -180,6 +185,7 @@ def _moved(name: str, data: str | None, reading: str | None, samples: int, inter
 
 
 _remembered = lru_cache(maxsize=32)(_observe)
+_remembered_short = lru_cache(maxsize=256)(_observe)
 
 
 def observe_runs(experiment: Experiment, seeds: Sequence[int]) -> Runs:

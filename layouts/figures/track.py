@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from layouts.figures.common import (
     trace,
     xy,
 )
+from layouts.figures.remembered import of_target
 from layouts.shown import Shown, beside_key, seen_key, target_key
 from layouts.state import View
 from layouts.theme import hollow, layout, tokens
@@ -36,6 +37,11 @@ AXIS_MOVING = (META, *xy(2, 3, 4, 5))
 
 def positions(result: Result, view: View) -> dict[str, FloatArray]:
     """The four series, deviations from the truth exaggerated as the view asks."""
+    return positions_of(result, view.exaggerate)
+
+
+def positions_of(result: Result, exaggerate: float) -> dict[str, FloatArray]:
+    """The four series, deviations from the truth so many times larger."""
     truth = result.truth.positions
     series = {
         "truth": truth,
@@ -44,8 +50,8 @@ def positions(result: Result, view: View) -> dict[str, FloatArray]:
         "smoothed": result.track.smoothed[:, :, 0],
     }
     # Where nobody knows the truth there is nothing to deviate from.
-    if view.exaggerate != 1 and result.truth.known:
-        series = {name: truth + view.exaggerate * (values - truth) for name, values in series.items()}
+    if exaggerate != 1 and result.truth.known:
+        series = {name: truth + exaggerate * (values - truth) for name, values in series.items()}
     return series
 
 
@@ -81,14 +87,11 @@ def path_figure(shown: Shown) -> Figure:
     As long as the target stays the same, the user's zoom is kept.
     """
     result, view, theme, key = shown.result, shown.view, shown.theme, target_key(shown)
-    series = positions(result, view)
-    rows = drawn(len(result.truth.times))
-    limit = reach(np.concatenate((series["truth"], series["observed"])))
-    step = position_grain(result)
-    shown_as = {kind: grained(clipped(series[kind], limit), step) for kind in SERIES}
+    series, still = positions(result, view), _still(result, view.exaggerate)
+    rows, limit, step = drawn(len(result.truth.times)), still.limit, position_grain(result)
+    shown_as = {kind: grained(clipped(series[kind], limit), step) for kind in ("predicted", "smoothed")}
+    shown_as |= {"truth": still.truth, "observed": still.observed}
     planes = {kind: plane_of(result, shown_as[kind], rows) for kind in SERIES}
-    # The axes are those of truth and measurements: they must not move while the gains do.
-    still_x, still_y = (np.concatenate([planes[kind][i] for kind in ("truth", "observed")]) for i in (0, 1))
     cursor = view.cursor(len(result.truth.times))
     here = plane_of(result, grained(whereabouts(series), step), slice(cursor, cursor + 1))
     t = tokens(theme)
@@ -113,11 +116,39 @@ def path_figure(shown: Shown) -> Figure:
             meta=shown.meta | {"first": 0, "every": rows.step, "every_marker": some.step},
             legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "xanchor": "left"},
             margin={"l": 60, "r": 12, "t": 34, "b": 40},
-            **axes_of(result, padded_range(still_x), padded_range(still_y)),
+            **axes_of(result, *still.ranges),
         ),
     }
 
 
+class Still(NamedTuple):
+    """What of a path does not move while the gains do.
+
+    Attributes:
+        limit: a magnitude well outside the picture, m.
+        truth: the true positions as they are drawn, shape (n_samples, n_axes).
+        observed: the same of the measured ones.
+        ranges: of both axes of the picture; they are those of truth and measurements.
+    """
+
+    limit: float
+    truth: FloatArray
+    observed: FloatArray
+    ranges: tuple[list[float], list[float]]
+
+
+@of_target
+def _still(result: Result, exaggerate: float) -> Still:
+    truth, observed = (positions_of(result, exaggerate)[kind] for kind in ("truth", "observed"))
+    limit, step = reach(np.concatenate((truth, observed))), position_grain(result)
+    truth, observed = (grained(clipped(values, limit), step) for values in (truth, observed))
+    rows = drawn(len(result.truth.times))
+    planes = [plane_of(result, values, rows) for values in (truth, observed)]
+    x_range, y_range = (padded_range(np.concatenate([plane[i] for plane in planes])) for i in (0, 1))
+    return Still(limit, truth, observed, (x_range, y_range))
+
+
+@of_target
 def position_grain(result: Result) -> FloatArray:
     """The step to which the positions of a run are drawn where it is drawn whole, m, shape (n_axes,)."""
     return grain(np.concatenate((result.truth.positions, result.measurements.positions)))
@@ -166,7 +197,7 @@ def close_up_figure(shown: Shown) -> Figure:
     samples = len(result.truth.times)
     cursor = view.cursor(samples)
     rows = close_up_rows(samples, cursor)
-    limit = reach(np.concatenate((series["truth"], series["observed"])))
+    limit = _still(result, view.exaggerate).limit
     planes = {kind: plane_of(result, clipped(series[kind], limit), rows) for kind in SERIES}
     ranges = [padded_range(np.concatenate([planes[kind][i] for kind in ("truth", "observed")]), 0.1) for i in (0, 1)]
     here = [part[np.isfinite(part)] for part in plane_of(result, series["smoothed"], slice(cursor, cursor + 1))]
