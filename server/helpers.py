@@ -200,6 +200,8 @@ class _Helper:
 
     def _take(self, said: bytes) -> None:
         right, answer = _read_answer(said)
+        if not self._asked:
+            raise msgspec.DecodeError("nobody has asked for it")
         future = self._asked.popleft()
         # Whoever asked may have gone.
         if not future.done():

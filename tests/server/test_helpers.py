@@ -30,6 +30,9 @@ while (asked := question_in(sys.stdin.buffer.read)) is not None:
         os._exit(3)
     elif name == "hang":
         time.sleep(60)
+    elif name == "twice":
+        say(True, b"once")
+        say(True, b"again")
     elif name == "babble":
         sys.stdout.buffer.write(b"\\x03\\x00\\x00\\x00abc")
         sys.stdout.flush()
@@ -184,6 +187,16 @@ def test_one_that_is_lost_costs_no_answer(hurried, caplog, end):
 
     with_helpers(play)
     assert "A helper is gone" in caplog.text
+
+
+def test_one_that_answers_what_nobody_asked_is_ended(hurried, caplog):
+    async def play(some):
+        first, _ = await answered(some)
+        assert await some.compute("twice", lambda: b"") == b"once"
+        await until(lambda: not is_running(int(first)))
+
+    with_helpers(play)
+    assert "nobody has asked for it" in caplog.text
 
 
 def test_one_that_hangs_is_ended(hurried, monkeypatch, caplog):
