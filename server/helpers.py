@@ -1,8 +1,8 @@
 """Other processes that compute answers too, once one processor is not enough: Python computes one thing at a time.
 
-A server that few people use has none. Where the event loop is late again and again, a helper is started, and takes over
-what it can; when nobody has needed it for a while, it is ended. A helper that dies or hangs costs time alone: what it
-was asked is computed here.
+A server that few people use has none. Where answers wait again and again, a helper is started; as long as there is one,
+helpers compute what they can and the event loop none of it, so that it is there for everybody at once. When nobody has
+needed a helper for a while, it is ended. One that dies or hangs costs time alone: what it was asked is computed here.
 """
 
 from __future__ import annotations
@@ -13,23 +13,29 @@ import logging
 from asyncio.subprocess import PIPE, Process
 from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import inf
 from statistics import median
 from time import monotonic
 
 import msgspec
 
+from server.work import busy
+
 EVERY = 0.25
-"""Seconds from one look at how late the event loop is to the next."""
+"""Seconds from one look at how long answers wait to the next."""
 
 LOOKS = 8
 """The last ones count."""
 
 LATE = 0.02
-"""Seconds: where their median is more, there is more to do than can be done here."""
+"""Seconds: where the median of what was seen is more, there is more to do than is being done."""
 
-DEPTH = 100
-"""Questions that a helper has at a time. The event loop takes all that have come before it hears answers again: with
-fewer, it computes the rest itself, and the helper meanwhile has nothing to do."""
+DEPTH = 16
+"""Questions that a helper has at a time: enough that it does not wait for the event loop, which hears it in turn."""
+
+WAITING = 1_000
+"""Questions that may wait for a helper; they take some seconds."""
 
 IDLE = 300.0
 """Seconds after which a helper is ended that nobody has needed."""
@@ -51,6 +57,30 @@ class ComputingError(Exception):
     """Computing has failed in a helper as it would have here; says how."""
 
 
+@dataclass(eq=False, slots=True)
+class _Asked:
+    """A question on its way.
+
+    Attributes:
+        name: what is to be computed, as helpers know it.
+        question: what it is computed from.
+        answer: its answer, once it is there.
+        since: when it came, in seconds of `time.monotonic`.
+        given: when a helper was given it; 0 before.
+    """
+
+    name: str
+    question: Callable[[], bytes]
+    answer: asyncio.Future[bytes]
+    since: float
+    given: float = 0.0
+
+    def fail(self) -> None:
+        """No helper answers it."""
+        if not self.answer.done():
+            self.answer.set_exception(HelperGoneError())
+
+
 class Helpers:
     """The helpers of a server; all of it on its event loop.
 
@@ -63,11 +93,12 @@ class Helpers:
         self._most = most
         self._command = tuple(command)
         self._helpers: list[_Helper] = []
+        self._line: deque[_Asked] = deque()
         self._watching: asyncio.Task[None] | None = None
         self._ended = False
 
     async def compute(self, name: str, question: Callable[[], bytes]) -> bytes | None:
-        """An answer, by a helper that is free; None where there is none, and it is to be computed here.
+        """An answer by a helper; None where there is none, and it is to be computed here.
 
         Args:
             name: what is to be computed, as helpers know it.
@@ -75,14 +106,21 @@ class Helpers:
 
         Raises:
             ComputingError: where it failed.
+            NoAnswerError: where too many wait already.
         """
         if self._watching is None and self._most and not self._ended:
             self._watching = asyncio.create_task(self._watch(), name="helpers")
-        for helper in tuple(self._helpers):
-            if helper.is_free:
-                with contextlib.suppress(HelperGoneError):
-                    return await helper.ask(name, question())
-        return None
+        if not any(helper.is_ready for helper in self._helpers):
+            return None
+        if len(self._line) >= WAITING:
+            raise busy(WAITING)
+        asked = _Asked(name, question, asyncio.get_running_loop().create_future(), monotonic())
+        self._line.append(asked)
+        self._give()
+        try:
+            return await asked.answer
+        except HelperGoneError:
+            return None
 
     def running(self) -> int:
         """Helpers that are ready or being started."""
@@ -96,19 +134,38 @@ class Helpers:
         for helper in self._helpers:
             helper.kill()
 
+    def _give(self) -> None:
+        """Give what waits to whoever has least to do."""
+        ready = [helper for helper in self._helpers if helper.is_ready]
+        while self._line:
+            helper = min(ready, key=len, default=None)
+            if helper is not None and len(helper) >= DEPTH:
+                return
+            asked = self._line.popleft()
+            if helper is None:
+                asked.fail()
+            elif not asked.answer.done():
+                # Somebody still waits for it.
+                helper.ask(asked)
+
     async def _watch(self) -> None:
-        """Look how late the event loop is; where it is late most of the time, call help."""
-        late: deque[float] = deque(maxlen=LOOKS)
+        """Look how long answers wait; where they do most of the time, call help."""
+        waits: deque[float] = deque(maxlen=LOOKS)
+        next_at = 0.0
         while True:
             due = monotonic() + EVERY
             await asyncio.sleep(EVERY)
-            late.append(monotonic() - due)
-            if len(late) == LOOKS and median(late) > LATE and len(self._helpers) < self._most:
-                late.clear()
-                helper = _Helper()
+            now = monotonic()
+            for helper in tuple(self._helpers):
+                helper.look(now)
+            oldest = min((helper.oldest for helper in self._helpers), default=now)
+            waits.append(now - min(due, oldest))
+            if len(waits) == LOOKS and median(waits) > LATE and len(self._helpers) < self._most and now >= next_at:
+                waits.clear()
+                next_at = now + AGAIN
+                helper = _Helper(self._give)
                 self._helpers.append(helper)
                 helper.work = asyncio.create_task(self._keep(helper), name="helper")
-                await asyncio.sleep(AGAIN)
 
     async def _keep(self, helper: _Helper) -> None:
         """From the start of a helper to its end."""
@@ -120,29 +177,41 @@ class Helpers:
         finally:
             self._helpers.remove(helper)
             helper.kill()
+            # Where it was the last one, nobody else will answer what waits.
+            self._give()
 
 
 class _Helper:
-    """One process, which answers questions in their order."""
+    """One process, which answers questions in their order.
 
-    def __init__(self) -> None:
+    Args:
+        free: called whenever it can be asked something.
+    """
+
+    def __init__(self, free: Callable[[], None]) -> None:
+        self._free = free
         self._process: Process | None = None
         self._says: asyncio.StreamWriter | None = None
-        self._asked: deque[asyncio.Future[bytes]] = deque()
-        self._ready = self._unwanted = False
+        self._asked: deque[_Asked] = deque()
+        self._unwanted = False
         self._used = monotonic()
+        self.is_ready = False
         self.work: asyncio.Task[None] | None = None
 
+    def __len__(self) -> int:
+        return len(self._asked)
+
     @property
-    def is_free(self) -> bool:
-        return self._ready and len(self._asked) < DEPTH
+    def oldest(self) -> float:
+        """When what it has been asked first came; infinity where it has nothing to do."""
+        return self._asked[0].since if self._asked else inf
 
     async def run(self, command: Sequence[str]) -> None:
-        """Start the process and hear it until nobody needs it.
+        """Start the process and hear it until it is ended.
 
         Raises:
             OSError: where it cannot be started.
-            asyncio.IncompleteReadError: where it has ended.
+            asyncio.IncompleteReadError: where it has ended by itself.
             msgspec.DecodeError: where it says what is no answer.
         """
         self._process = process = await asyncio.create_subprocess_exec(*command, stdin=PIPE, stdout=PIPE)
@@ -153,47 +222,39 @@ class _Helper:
             raise OSError("there is no pipe")
         try:
             while True:
-                try:
-                    async with asyncio.timeout(IDLE):
-                        said = await _unframed(hears)
-                except TimeoutError:
-                    if self._asked or monotonic() - self._used < IDLE:
-                        continue
-                    return
-                if self._ready:
+                said = await _unframed(hears)
+                if self.is_ready:
                     self._take(said)
-                self._ready = True
+                self.is_ready = not self._unwanted
+                self._used = monotonic()
+                self._free()
+        except asyncio.IncompleteReadError:
+            if not self._unwanted:
+                raise
         finally:
-            self._ready = False
-            for future in self._asked:
-                if not future.done():
-                    future.set_exception(HelperGoneError())
+            self.is_ready = False
+            for asked in self._asked:
+                asked.fail()
             self._asked.clear()
 
-    async def ask(self, name: str, question: bytes) -> bytes:
-        """Its answer.
+    def ask(self, asked: _Asked) -> None:
+        """Give it a question; it must be ready."""
+        assert self._says is not None
+        asked.given = monotonic()
+        self._asked.append(asked)
+        self._says.write(frame((asked.name, asked.question())))
 
-        Raises:
-            ComputingError: where there is an error instead.
-            HelperGoneError: where it has ended, or is ended for taking so long.
-        """
-        if self._says is None:
-            raise HelperGoneError
-        future: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
-        self._used = monotonic()
-        self._asked.append(future)
-        self._says.write(frame((name, question)))
-        try:
-            async with asyncio.timeout(PATIENCE):
-                return await future
-        except TimeoutError:
-            _LOG.warning("A helper has not answered %s within %g s and is ended", name, PATIENCE)
+    def look(self, now: float) -> None:
+        """End it where it hangs, or where nobody has needed it for a while."""
+        if self._asked and now - self._asked[0].given > PATIENCE:
+            _LOG.warning("A helper has not answered %s within %g s and is ended", self._asked[0].name, PATIENCE)
             self.kill()
-            raise HelperGoneError from None
+        elif self.is_ready and not self._asked and now - self._used > IDLE:
+            self.kill()
 
     def kill(self) -> None:
         """End the process at once: it has nothing that could be lost."""
-        self._ready, self._unwanted = False, True
+        self.is_ready, self._unwanted = False, True
         if self._process is not None and self._process.returncode is None:
             with contextlib.suppress(ProcessLookupError):
                 self._process.kill()
@@ -202,7 +263,7 @@ class _Helper:
         right, answer = _read_answer(said)
         if not self._asked:
             raise msgspec.DecodeError("nobody has asked for it")
-        future = self._asked.popleft()
+        future = self._asked.popleft().answer
         # Whoever asked may have gone.
         if not future.done():
             if right:

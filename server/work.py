@@ -53,6 +53,12 @@ class NoAnswerError(Exception):
         return problem(self.error, self.status, self.message, headers)
 
 
+def busy(most: int) -> NoAnswerError:
+    """That there are so many questions already."""
+    error = InputError("server", f"must have fewer than {most} questions to answer", most)
+    return NoAnswerError(error, "it is busy with other answers", 503, AGAIN)
+
+
 class Work:
     """Threads for answers that take long.
 
@@ -84,8 +90,7 @@ class Work:
             NoAnswerError: where too many wait already, or it takes too long.
         """
         if not self._places.acquire(blocking=False):
-            error = InputError("server", f"must have fewer than {self._most} questions to answer", self._most)
-            raise NoAnswerError(error, "it is busy with other answers", 503, AGAIN)
+            raise busy(self._most)
         # The thread knows which request it works for.
         future = self._pool.submit(partial(copy_context().run, function, *arguments))
         # Whoever gives up in the line gives up the place; whoever is being computed keeps it.
