@@ -13,12 +13,14 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from server import collecting, lifecycle, logs
+from server import collecting, lifecycle, logs, metrics
+from server.apart import Apart
 from server.lifecycle import Life, Server
 from server.settings import Settings
 from tracker_core.checks import InputError
 from tracker_core.measured import look_in
 from tracker_core.tuning.cluster import Cluster
+from tracker_core.tuning.executors import threads
 
 if TYPE_CHECKING:
     from dash import Dash
@@ -53,7 +55,7 @@ def build(
     from layouts.services import Services
     from layouts.studies import Studies
     from layouts.uploads import WAY_IN, Uploads
-    from server import guard, metrics
+    from server import guard
     from server.compression import Compression
     from server.dispatch import Dispatch, finish
     from server.files import Files, Serving
@@ -143,6 +145,23 @@ def cluster(settings: Settings) -> Executor | None:
         raise InputError(name, error.rule, settings.shown()[name]) from error
 
 
+def apart(settings: Settings) -> Apart:
+    """Another process of this machine for the parts of studies, with a thread per processor and one less."""
+
+    def may_start() -> bool:
+        # Numba alone takes half a second to import. Before everything is compiled it would have to compile itself.
+        from tracker_core.kernels.loading import held
+
+        return not held()
+
+    here = threads()
+    workers = here._max_workers
+    command = (sys.executable, "-m", "server.apart", settings.log, settings.log_level, str(workers))
+    process = Apart(command, workers, here, may_start)
+    metrics.watch("gainscope_study_processes", "Other processes that compute studies.", process.running)
+    return process
+
+
 def data_store(settings: Settings) -> Store | None:
     """Where recordings are kept; None for memory alone."""
     from layouts.files import Store
@@ -163,9 +182,8 @@ def serve(settings: Settings) -> None:
         InputError: for a setting that only trying shows to be wrong.
     """
     life = Life()
-    executor = cluster(settings)
-    if executor is not None:
-        life.at_stop(lambda: executor.shutdown(wait=False, cancel_futures=True))
+    executor = cluster(settings) or apart(settings)
+    life.at_stop(lambda: executor.shutdown(wait=False, cancel_futures=True))
     prepare(life)
     app = build(settings, executor, data_store(settings), life)
     _LOG.info("Gainscope on http://%s:%d", settings.host, settings.port, extra={"settings": settings.shown()})

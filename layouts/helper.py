@@ -6,8 +6,6 @@ no recordings and no scenes.
 
 from __future__ import annotations
 
-import os
-import signal
 import sys
 import traceback
 from collections.abc import Callable
@@ -21,11 +19,8 @@ from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.pages.track.answers import DESK as TRACK
 from layouts.pages.tune.answers import DESK as TUNE
-from server import collecting, logs
+from server import child
 from server.helpers import frame, question_in
-from tracker_core import kernels
-from tracker_core.kernels.child import make
-from tracker_core.kernels.signatures import SIGNATURES
 
 DESKS = (EXPLORE, STABILITY, TUNE, COMPARE, DATA, TRACK)
 
@@ -33,16 +28,8 @@ DESKS = (EXPLORE, STABILITY, TUNE, COMPARE, DATA, TRACK)
 def main() -> None:
     """Answer until the server is gone."""
     form, level = sys.argv[1:]
-    logs.start(form, level)
-    # Ctrl-C is for the server, which then ends this.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # What is printed by mistake is no answer.
-    out, sys.stdout = os.fdopen(os.dup(1), "wb"), sys.stderr
-    os.dup2(2, 1)
+    out = child.begin(form, level)
     functions = {f"{desk.page} {kind}": _answering(desk, kind) for desk in DESKS for kind in KINDS}
-    for name in SIGNATURES:
-        make(getattr(kernels, name), name)
-    collecting.settle()
     _say(out, True, b"")
     while (asked := question_in(sys.stdin.buffer.read)) is not None:
         name, question = asked

@@ -78,6 +78,7 @@ class Studies:
         self._drivers = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="studies")
         self._line: deque[_Asked] = deque()
         self._running = 0
+        self._ended = False
         self._outcomes: OrderedDict[Study, Progress[Any]] = OrderedDict()
 
     def attach(self, server: FastAPI, path: str, begin: Begin) -> None:
@@ -101,6 +102,7 @@ class Studies:
 
     def stop(self) -> None:
         """Begin nothing more: the server ends."""
+        self._ended = True
         self._drivers.shutdown(wait=False, cancel_futures=True)
 
     def outcome(self, study: Study) -> Progress[Any] | None:
@@ -180,7 +182,8 @@ class Studies:
         except InputError as error:
             asked.end(refusal(error))
         except (Exception, asyncio.CancelledError):  # noqa: BLE001 - whatever it was, the page must hear of it
-            _LOG.exception("A study failed")
+            if not self._ended:
+                _LOG.exception("A study failed")
             asked.end({"state": "failed"})
 
 

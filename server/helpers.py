@@ -20,6 +20,7 @@ from time import monotonic
 
 import msgspec
 
+from server import child
 from server.work import busy
 
 EVERY = 0.25
@@ -42,6 +43,9 @@ IDLE = 300.0
 
 PATIENCE = 30.0
 """Seconds for an answer that takes milliseconds; then the helper is ended."""
+
+ENDING = 1.0
+"""Seconds for the end of one that has closed its output."""
 
 AGAIN = 10.0
 """Seconds from the start of one to the start of the next: until then it cannot be seen what it helps."""
@@ -175,10 +179,10 @@ class Helpers:
             if not self._ended:
                 _LOG.warning("A helper is gone: %s: %s", type(error).__name__, error)
         finally:
-            self._helpers.remove(helper)
-            helper.kill()
             # Where it was the last one, nobody else will answer what waits.
             self._give()
+            await helper.end()
+            self._helpers.remove(helper)
 
 
 class _Helper:
@@ -193,7 +197,7 @@ class _Helper:
         self._process: Process | None = None
         self._says: asyncio.StreamWriter | None = None
         self._asked: deque[_Asked] = deque()
-        self._unwanted = False
+        self._unwanted = self._killed = False
         self._used = monotonic()
         self.is_ready = False
         self.work: asyncio.Task[None] | None = None
@@ -238,8 +242,10 @@ class _Helper:
             self._asked.clear()
 
     def ask(self, asked: _Asked) -> None:
-        """Give it a question; it must be ready."""
-        assert self._says is not None
+        """Give it a question, once it is ready."""
+        if self._says is None:
+            asked.fail()
+            return
         asked.given = monotonic()
         self._asked.append(asked)
         self._says.write(frame((asked.name, asked.question())))
@@ -255,9 +261,27 @@ class _Helper:
     def kill(self) -> None:
         """End the process at once: it has nothing that could be lost."""
         self.is_ready, self._unwanted = False, True
-        if self._process is not None and self._process.returncode is None:
+        if self._process is not None and not self._killed:
+            self._killed = True
             with contextlib.suppress(ProcessLookupError):
                 self._process.kill()
+
+    async def end(self) -> None:
+        """See the process gone; it is killed unless it is about to end by itself."""
+        process, says = self._process, self._says
+        if process is None:
+            return
+        if not self._unwanted:
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(ENDING):
+                    await process.wait()
+        if process.returncode is None:
+            self.kill()
+            await process.wait()
+        if says is not None:
+            says.close()
+            with contextlib.suppress(OSError):
+                await says.wait_closed()
 
     def _take(self, said: bytes) -> None:
         right, answer = _read_answer(said)
@@ -277,13 +301,12 @@ _read_question = msgspec.msgpack.Decoder(tuple[str, bytes]).decode
 
 
 def frame(message: tuple[str, bytes] | tuple[bool, bytes]) -> bytes:
-    """A message as it goes through a pipe: its length (4 bytes), and MessagePack.
+    """A message as it goes through a pipe (see server/child.py), in MessagePack.
 
     A question is a name and what is computed from; an answer is true and what was computed, or false and what went
-    wrong. The first answer belongs to no question: the helper is ready.
+    wrong.
     """
-    text = msgspec.msgpack.encode(message)
-    return len(text).to_bytes(4, "little") + text
+    return child.framed(msgspec.msgpack.encode(message))
 
 
 async def _unframed(stream: asyncio.StreamReader) -> bytes:
@@ -294,10 +317,7 @@ def question_in(stream: Callable[[int], bytes]) -> tuple[str, bytes] | None:
     """The next question that a helper is asked; None where there will be none.
 
     Args:
-        stream: reads so many bytes, fewer only at its end.
+        stream: reads up to so many bytes, none only at its end.
     """
-    length = stream(4)
-    if len(length) < 4:
-        return None
-    text = stream(int.from_bytes(length, "little"))
-    return _read_question(text)
+    text = child.text_in(stream)
+    return None if text is None else _read_question(text)

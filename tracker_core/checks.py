@@ -31,6 +31,10 @@ class InputError(ValueError):
         name = name if len(name) <= RECEIVED_LENGTH else name[: RECEIVED_LENGTH - 1] + "…"
         super().__init__(f"{name} {rule}, got {show(received)}")
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """So that it comes whole from another process."""
+        return type(self), (self.field, self.rule, self.received), self.__dict__
+
 
 def show(value: Any) -> str:
     """The value in one short line."""

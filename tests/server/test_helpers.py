@@ -9,6 +9,7 @@ import pytest
 
 from server import helpers
 from server.helpers import ComputingError, Helpers
+from server.work import NoAnswerError
 
 HELPER = """
 import os, sys, time
@@ -72,6 +73,11 @@ async def answered(some, name="pid", question=b""):
         without += 1
         await asyncio.sleep(0.01)
     return found, without
+
+
+async def until_ready(some, number):
+    await answered(some)
+    await until(lambda: sum(helper.is_ready for helper in some._helpers) == number)
 
 
 async def until(condition):
@@ -144,14 +150,81 @@ def test_many_questions_get_their_own_answers(hurried):
     assert with_helpers(play) == [b"%d:" % number + b"x" * 997 * number for number in range(90)]
 
 
-def test_one_that_is_full_takes_no_more(hurried, monkeypatch):
-    monkeypatch.setattr(helpers, "DEPTH", 3)
+def test_what_one_cannot_take_yet_waits(hurried, monkeypatch):
+    monkeypatch.setattr(helpers, "DEPTH", 2)
+    given = []
 
     async def play(some):
         await answered(some)
-        return await asyncio.gather(*(some.compute("a", lambda: b"") for _ in range(5)))
+        asked = [
+            asyncio.create_task(some.compute(f"{number}", lambda number=number: given.append(number) or b"!"))
+            for number in range(9)
+        ]
+        await asyncio.sleep(0)
+        assert given == [0, 1]
+        # Who goes away in the line takes no time.
+        asked[4].cancel()
+        return [await each for number, each in enumerate(asked) if number != 4]
 
-    assert with_helpers(play) == [b"a"] * 3 + [None] * 2
+    assert with_helpers(play) == [b"%d!" % number for number in range(9) if number != 4]
+    assert given == [0, 1, 2, 3, 5, 6, 7, 8]
+
+
+def test_a_line_has_an_end(hurried, monkeypatch):
+    monkeypatch.setattr(helpers, "DEPTH", 1)
+    monkeypatch.setattr(helpers, "WAITING", 2)
+
+    async def play(some):
+        await answered(some)
+        asked = [asyncio.create_task(some.compute("a", lambda: b"")) for _ in range(4)]
+        return await asyncio.gather(*asked, return_exceptions=True)
+
+    *found, refused = with_helpers(play)
+    assert found == [b"a"] * 3
+    assert isinstance(refused, NoAnswerError)
+    assert (refused.status, refused.again) == (503, 2)
+
+
+def test_what_waits_for_one_that_is_lost_is_computed_here(hurried, monkeypatch):
+    monkeypatch.setattr(helpers, "DEPTH", 1)
+
+    async def play(some):
+        await answered(some)
+        monkeypatch.setattr(helpers, "AGAIN", 60.0)
+        return await asyncio.gather(*(some.compute(name, lambda: b"") for name in ("die", "a", "b")))
+
+    assert with_helpers(play) == [None] * 3
+
+
+def test_two_share_what_there_is(hurried):
+    async def play(some):
+        await until_ready(some, 2)
+        asked = [some.compute("pid", lambda: b"") for _ in range(40)]
+        return await asyncio.gather(*asked)
+
+    numbers = with_helpers(play, most=2)
+    # Whoever is done first takes the next.
+    assert len(set(numbers)) == 2
+    assert all(numbers.count(number) > 5 for number in set(numbers))
+
+
+def test_answers_that_wait_call_another_one(monkeypatch):
+    monkeypatch.setattr(helpers, "EVERY", 0.01)
+    monkeypatch.setattr(helpers, "AGAIN", 0.01)
+    monkeypatch.setattr(helpers, "LOOKS", 1)
+    monkeypatch.setattr(helpers, "LATE", -1.0)
+
+    async def play(some):
+        await answered(some)
+        # The loop is not late any more, but what it has been asked is not answered.
+        monkeypatch.setattr(helpers, "LATE", 0.5)
+        some._most = 2
+        assert some.running() == 1
+        hanging = asyncio.create_task(some.compute("hang", lambda: b""))
+        await until(lambda: some.running() == 2)
+        hanging.cancel()
+
+    with_helpers(play)
 
 
 def test_there_are_no_more_than_allowed(hurried):

@@ -1,0 +1,239 @@
+"""Work in another process: what comes back, what is done here instead, and that nothing of it is left."""
+
+import operator
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import CancelledError, Executor, Future
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from server import apart, child
+from server.apart import Apart
+from tracker_core import Experiment, InputError
+from tracker_core.checks import POSITIVE
+from tracker_core.tuning import Sweep, base, evaluate
+
+THREADS = 2
+COMMAND = (sys.executable, "-m", "server.apart", "json", "info", str(THREADS))
+PATIENCE = 60
+
+
+class Here(Executor):
+    """Does nothing, and says so."""
+
+    def __init__(self):
+        self.calls = []
+
+    def submit(self, work, /, *arguments, **named):
+        self.calls.append(partial(work, *arguments, **named))
+        future = Future()
+        future.set_result("here")
+        return future
+
+
+class Failing(Executor):
+    def submit(self, work, /, *arguments, **named):
+        future = Future()
+        future.set_exception(InputError("seed", "must be done here", 1))
+        return future
+
+
+def until(condition):
+    for _ in range(PATIENCE * 50):
+        if condition():
+            return
+        time.sleep(0.02)
+    raise AssertionError("it did not come to that")
+
+
+def made_ready(some):
+    """A process that answers; its number."""
+    until(lambda: some.submit(os.getpid).result(PATIENCE) != "here")
+    return some.submit(os.getpid).result(PATIENCE)
+
+
+def is_running(number):
+    try:
+        return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.fixture
+def some():
+    """An executor that has its process."""
+    executor = Apart(COMMAND, THREADS, Here())
+    made_ready(executor)
+    yield executor
+    executor.shutdown()
+    until(lambda: not executor.running())
+
+
+@pytest.fixture
+def hurried(monkeypatch):
+    monkeypatch.setattr(apart, "AGAIN", 0.0)
+
+
+def test_until_it_is_there_work_is_done_here():
+    here = Here()
+    executor = Apart(COMMAND, THREADS, here)
+    assert not executor.running()
+    assert executor.submit(os.getpid).result(PATIENCE) == "here"
+    assert executor.running()
+    assert made_ready(executor) not in ("here", os.getpid())
+    executor.shutdown()
+
+
+def test_answers_belong_to_their_questions(some):
+    slow = some.submit(time.sleep, 0.3)
+    quick = [some.submit(operator.mul, "abc", number) for number in range(200)]
+    assert [future.result(PATIENCE) for future in quick] == ["abc" * number for number in range(200)]
+    # There is a thread for them beside the one that sleeps.
+    assert not slow.done()
+    assert slow.result(PATIENCE) is None
+
+
+def test_what_is_large_comes_whole(some):
+    sent = np.random.default_rng(1).normal(size=1_300_000)
+    assert np.array_equal(some.submit(np.negative, sent).result(PATIENCE), -sent)
+
+
+def test_an_error_comes_as_it_was_raised(some):
+    future = some.submit(POSITIVE.check, "interval", -1.5)
+    with pytest.raises(InputError) as caught:
+        future.result(PATIENCE)
+    assert (caught.value.field, caught.value.received) == ("interval", -1.5)
+    assert "in check" in caught.value.__notes__[0]
+    assert some.submit(os.getpid).result(PATIENCE)
+
+
+def test_what_cannot_be_sent_is_refused_at_once(some):
+    with pytest.raises((pickle.PicklingError, AttributeError)):
+        some.submit(lambda: 1)
+    assert some.submit(abs, -3).result(PATIENCE) == 3
+
+
+def test_it_computes_when_nobody_else_does(some):
+    assert some.submit(os.sched_getscheduler, 0).result(PATIENCE) == os.SCHED_IDLE
+    assert os.sched_getscheduler(0) != os.SCHED_IDLE
+
+
+def test_one_that_is_killed_costs_no_work(some, hurried, caplog):
+    first = made_ready(some)
+    futures = [some.submit(time.sleep, 30) for _ in range(3)]
+    os.kill(first, signal.SIGKILL)
+    assert [future.result(PATIENCE) for future in futures] == ["here"] * 3
+    assert [call.args for call in some._here.calls[-3:]] == [(30,)] * 3
+    assert "is done here" in caplog.text
+    # Another one takes its place.
+    assert made_ready(some) != first
+    assert not is_running(first)
+
+
+def test_what_fails_here_in_its_place_fails(some, hurried):
+    some._here = Failing()
+    future = some.submit(os._exit, 3)
+    with pytest.raises(InputError, match="must be done here"):
+        future.result(PATIENCE)
+
+
+def test_one_that_cannot_live_is_not_started_again_and_again(tmp_path):
+    log = tmp_path / "starts"
+    code = f"open({str(log)!r}, 'a').write('x')"
+    executor = Apart((sys.executable, "-c", code), THREADS, Here())
+    executor.submit(abs, 1)
+    until(lambda: not executor.running())
+    assert {executor.submit(abs, 1).result(PATIENCE) for _ in range(50)} == {"here"}
+    assert log.read_text() == "x"
+    executor.shutdown()
+
+
+@pytest.mark.parametrize(
+    "said", [b"\x03\x00\x00\x00abc", b"\x05\x00\x00\x00ab", child.framed(pickle.dumps((7, True, 1)))]
+)
+def test_one_that_babbles_is_ended(said, caplog):
+    code = (
+        "import sys, time; from server.child import framed; sys.stdout.buffer.write(framed(b'')); "
+        f"sys.stdout.flush(); sys.stdin.buffer.read(1); sys.stdout.buffer.write({said!r}); sys.stdout.flush()"
+    )
+    executor = Apart((sys.executable, "-c", code), THREADS, Here())
+    executor.submit(abs, 1)
+    until(lambda: executor._process is None or executor._process._ready)
+    assert executor.submit(abs, -2).result(PATIENCE) == "here"
+    until(lambda: not executor.running())
+    executor.shutdown()
+
+
+def test_a_command_that_there_is_not_costs_nothing(caplog):
+    executor = Apart(("/there/is/no/such/command",), THREADS, Here())
+    assert executor.submit(abs, 1).result(PATIENCE) == "here"
+    assert not executor.running()
+    assert "could not be started: FileNotFoundError" in caplog.text
+
+
+def test_where_it_may_not_start_yet_it_does_not():
+    executor = Apart(COMMAND, THREADS, Here(), lambda: False)
+    assert executor.submit(abs, 1).result(PATIENCE) == "here"
+    assert not executor.running()
+
+
+def test_one_that_nobody_needs_is_ended(hurried, monkeypatch, caplog):
+    monkeypatch.setattr(apart, "IDLE", 0.2)
+    executor = Apart(COMMAND, THREADS, Here())
+    number = made_ready(executor)
+    # What takes longer is waited for.
+    assert executor.submit(time.sleep, 0.6).result(PATIENCE) is None
+    until(lambda: not executor.running())
+    assert not is_running(number)
+    assert not caplog.text
+    # It is there again when it is needed.
+    assert made_ready(executor) != number
+    executor.shutdown()
+
+
+def test_at_the_end_nothing_is_left(caplog):
+    executor = Apart(COMMAND, THREADS, Here())
+    number = made_ready(executor)
+    given_up = executor.submit(time.sleep, 30)
+    executor.shutdown()
+    with pytest.raises(CancelledError):
+        given_up.result(PATIENCE)
+    until(lambda: not is_running(number))
+    assert executor.submit(abs, 1).result(PATIENCE) == "here"
+    until(lambda: not executor.running())
+    assert not caplog.text
+
+
+def test_without_a_server_it_ends_whatever_it_does():
+    with subprocess.Popen(COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert child.text_in(process.stdout.read) == pickle.dumps(None, 5)
+        call = partial(time.sleep, 60)
+        process.stdin.write(child.framed(pickle.dumps((0, call), 5)))
+        process.stdin.close()
+        assert process.wait(PATIENCE) == 0
+
+
+def test_who_asks_and_goes_away_leaves_the_others_their_answers(some):
+    gone, stays = some.submit(time.sleep, 0.1), some.submit(abs, -1)
+    assert gone.cancel()
+    assert stays.result(PATIENCE) == 1
+    assert some.submit(abs, -2).result(PATIENCE) == 2
+
+
+def test_a_study_comes_to_the_same_bits(some, monkeypatch):
+    for module in (base, evaluate):
+        monkeypatch.setattr(module, "BLOCK_STEPS", 4_000)
+    experiment = Experiment.from_dict({"samples": 60, "order": 2, "xi": 0.6, "seed": 3})
+    sweep = Sweep(experiment, "xi", tuple(np.linspace(0.1, 0.9, 30)), "estimation_rmse", 12)
+    there, here = ([step.outcome.scores.copy() for step in sweep.stream(where)] for where in (some, None))
+    assert len(there) == len(here) > 3
+    assert all(one.tobytes() == other.tobytes() for one, other in zip(there, here, strict=True))
+    # None of it was done here.
+    assert all(call.func is os.getpid for call in some._here.calls)
