@@ -13,7 +13,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from server import collecting, lifecycle, logs, metrics
+from server import collecting, lifecycle, logs
 from server.apart import Apart
 from server.lifecycle import Life, Server
 from server.settings import Settings
@@ -55,7 +55,7 @@ def build(
     from layouts.services import Services
     from layouts.studies import Studies
     from layouts.uploads import WAY_IN, Uploads
-    from server import guard
+    from server import guard, metrics
     from server.compression import Compression
     from server.dispatch import Dispatch, finish
     from server.files import Files, Serving
@@ -157,9 +157,7 @@ def apart(settings: Settings) -> Apart:
     here = threads()
     workers = here._max_workers
     command = (sys.executable, "-m", "server.apart", settings.log, settings.log_level, str(workers))
-    process = Apart(command, workers, here, may_start)
-    metrics.watch("gainscope_study_processes", "Other processes that compute studies.", process.running)
-    return process
+    return Apart(command, workers, here, may_start)
 
 
 def data_store(settings: Settings) -> Store | None:

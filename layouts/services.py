@@ -36,4 +36,5 @@ class Services:
         watch("gainscope_scenes", "Scenes in three dimensions that are open.", lambda: self.scenes.stats().sessions)
         watch("gainscope_studies_running", "Studies that run.", lambda: self.studies.load()[0])
         watch("gainscope_studies_waiting", "Studies that wait for their turn.", lambda: self.studies.load()[1])
+        watch("gainscope_study_processes", "Other processes that compute studies.", self.studies.processes)
         watch("gainscope_helpers", "Other processes that compute answers.", self.helpers.running)

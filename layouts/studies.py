@@ -22,6 +22,7 @@ from fastapi import FastAPI, WebSocket
 
 from layouts.questions import StudyQuestion, read_study_question
 from layouts.text import error_text
+from server.apart import Apart
 from server.sockets import listen
 from tracker_core import InputError
 from tracker_core.tuning import Progress
@@ -121,6 +122,10 @@ class Studies:
     def load(self) -> tuple[int, int]:
         """Studies that run, and that wait for their turn."""
         return self._running, len(self._line)
+
+    def processes(self) -> int:
+        """Processes of this machine that studies are computed by, beside the server."""
+        return int(isinstance(self._executor, Apart) and self._executor.running())
 
     def enter(self, asked: _Asked) -> None:
         """Run it now or put it at the end of the line, if that is not too long already."""

@@ -22,6 +22,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from server.codings import COMPRESSED, Coding, Effort, preferred, write
 from server.problem import problem
+from server.routes import Served
 from tracker_core.checks import InputError
 
 IMMUTABLE = "public, max-age=31536000, immutable"
@@ -51,6 +52,7 @@ class File:
         media: type of the content.
         keep: what the browser is told of keeping it.
         headers: more of them.
+        route: what requests for it are counted by.
     """
 
     content: bytes | Path
@@ -58,6 +60,7 @@ class File:
     media: str
     keep: str
     headers: Mapping[str, str] = field(default_factory=dict)
+    route: str = f"{PUBLISHED}{{file}}"
 
     def read(self) -> bytes:
         """The content."""
@@ -90,7 +93,9 @@ class Files:
             media: its type; by the address if left out.
             headers: more than every file has.
         """
-        self._table[address] = File(content, _digest(content), media or _media(address), ASK, dict(headers or {}))
+        self._table[address] = File(
+            content, _digest(content), media or _media(address), ASK, dict(headers or {}), address
+        )
 
     def publish(self, folder: str, contents: Mapping[str, Path]) -> str:
         """Serve files under a folder that is named by what is in it, so that they find each other.
@@ -142,6 +147,7 @@ class Files:
             if path.startswith(self._closed):
                 return problem(InputError("address", "must be that of a file", path), 404, "There is no such file.")
             return None
+        scope["route"] = Served(file.route)
         if scope["method"] not in ("GET", "HEAD"):
             error = InputError("method", "must be GET or HEAD", scope["method"])
             return problem(error, 405, headers={"Allow": "GET, HEAD"})

@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from starlette.types import Scope
 
 NONE = "none"
 """Of what no route was found for, or looked for."""
 
 METHODS = frozenset(("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"))
+
+
+@dataclass(frozen=True, slots=True)
+class Served:
+    """What stands in a scope, as a route does, where something was served that has none.
+
+    Attributes:
+        path: its template.
+    """
+
+    path: str
 
 
 def template(scope: Scope) -> str:

@@ -31,6 +31,9 @@ STARTING = 0.2
 LOOKED_AT = 20
 """Older sets that are looked at after every start; those that are new are all, and in the end every one is."""
 
+TOLD_EVERY = 10
+"""Kills after which it is said how far it is: all of them take a quarter of an hour."""
+
 AGED = 7200.0
 """Seconds by which what a killed server left is made older: then it is nobody's."""
 
@@ -77,7 +80,9 @@ class _Killed:
         port = int(self._settings["GAINSCOPE_PORT"])
         over = asyncio.Event()
         uploaders = [asyncio.create_task(self._upload(port, number, over)) for number in range(UPLOADERS)]
-        for _ in range(kills):
+        for kill in range(kills):
+            if kill and kill % TOLD_EVERY == 0:
+                print(f"  {kill} kills, {len(self.acknowledged)} sets acknowledged", flush=True)
             with self._started() as it:
                 if self._random.random() < STARTING:
                     self.early += 1

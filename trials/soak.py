@@ -6,7 +6,8 @@ import asyncio
 import contextlib
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +52,11 @@ class Long:
     watchers: int = 20
 
 
+Samples = list[tuple[float, float]]
+"""Hours, and megabytes."""
+
+SERVER = "the server"
+
 SHORT = Long(minutes=0.05, warming=0.1, users=4, watchers=2)
 
 
@@ -68,37 +74,50 @@ async def _stay(port: int, server: psutil.Process, plan: Long, quiet: float) -> 
     before = await _open_files(server, 0, quiet)
     memory, tally = await _crowded(port, server, plan, plan.minutes * 60, seed=2)
     after = await _open_files(server, before, quiet)
-    slope, low, high = slope_of(memory)
     _, late, _ = percentiles(seconds for found in tally.seconds.values() for seconds in found)
+    # What came later is still filling its memories.
+    lasting = {name: found for name, found in memory.items() if len(found) == len(memory[SERVER])}
     return [
-        Finding(
-            f"memory over {plan.minutes:g} minutes",
-            f"{slope:+.1f} MB/h, 95 % {low:+.1f} to {high:+.1f}; {memory[-1][1]:.0f} MB",
-            f"under {SLOPE:g} MB/h",
-            slope < SLOPE,
-            # Some seconds make no hour.
-            timed=plan.minutes < 1,
-        ),
+        *(_growth(name, found, plan.minutes) for name, found in lasting.items()),
         Finding("open files without users, before and after", f"{before} and {after}", "no more", after <= before),
         none_of("errors", tally.errors, f"{len(tally)} actions"),
         Finding("actions", f"p95 {late:.0f} ms"),
     ]
 
 
+def _growth(name: str, samples: Samples, minutes: float) -> Finding:
+    slope, low, high = slope_of(samples)
+    return Finding(
+        f"memory of {name}, {minutes:g} minutes",
+        f"{slope:+.1f} MB/h, 95 % {low:+.1f} to {high:+.1f}; {samples[-1][1]:.0f} MB",
+        f"under {SLOPE:g} MB/h",
+        slope < SLOPE,
+        # Some seconds make no hour.
+        timed=minutes < 1,
+    )
+
+
 async def _open_files(server: psutil.Process, enough: int, quiet: float) -> int:
-    """Open files once there are few enough, or after so many seconds without users."""
+    """Open files once there are few enough, or after so many seconds without users.
+
+    The two ends of what is spoken with another process do not count: such processes come and go.
+    """
+
+    def opened() -> int:
+        return int(server.num_fds()) - 2 * len(server.children())
+
     for _ in range(int(quiet / EVERY)):
-        if server.num_fds() <= enough:
+        if opened() <= enough:
             break
         await asyncio.sleep(EVERY)
-    return int(server.num_fds())
+    return opened()
 
 
 async def _crowded(
     port: int, server: psutil.Process, plan: Long, seconds: float, seed: int
-) -> tuple[list[tuple[float, float]], Tally]:
-    """Hours and megabytes, sample by sample, and what the users saw."""
-    found: list[tuple[float, float]] = []
+) -> tuple[dict[str, Samples], Tally]:
+    """Hours and megabytes of every process, sample by sample, and what the users saw."""
+    found: defaultdict[str, Samples] = defaultdict(list)
     async with contextlib.AsyncExitStack() as stack:
         tally = await stack.enter_async_context(crowd(port, plan.users, 1.0, 4.0, seed))
         watching = await stack.enter_async_context(crowd(port, plan.watchers, 1.0, 4.0, seed + 100, ("track",)))
@@ -106,13 +125,23 @@ async def _crowded(
         await watching.reached(2 * plan.watchers)
         begun = time.monotonic()
         while (now := time.monotonic() - begun) < seconds:
-            found.append((now / 3600, server.memory_info().rss / 1e6))
+            for name, megabytes in _memory(server):
+                found[name].append((now / 3600, megabytes))
             await asyncio.sleep(EVERY)
     tally.errors.update(watching.errors)
-    return found, tally
+    return dict(found), tally
 
 
-def slope_of(samples: Sequence[tuple[float, float]]) -> tuple[float, float, float]:
+def _memory(server: psutil.Process) -> Iterator[tuple[str, float]]:
+    """The server and the processes that it has started, by name, and the megabytes that each holds."""
+    for process in (server, *server.children()):
+        # One that has ended meanwhile holds nothing.
+        with contextlib.suppress(psutil.NoSuchProcess, IndexError):
+            name = SERVER if process is server else f"{process.cmdline()[2]} {process.pid}"
+            yield name, process.memory_info().rss / 1e6
+
+
+def slope_of(samples: Samples) -> tuple[float, float, float]:
     """The slope through samples of time and value that outliers do not turn, and its confidence interval (Theil, Sen).
 
     Args:

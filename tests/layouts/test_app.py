@@ -27,6 +27,7 @@ from layouts.pages.track.answers import DESK as TRACK
 from layouts.pages.tune.answers import DESK as TUNE
 from layouts.state import View
 from server.lifecycle import Life
+from tracker_core import kernels
 
 ROOT = Path(__file__).parents[2]
 DESKS = (EXPLORE, STABILITY, COMPARE, TRACK, TUNE)
@@ -297,11 +298,34 @@ def test_the_server_listens_where_it_is_told_and_says_what_is_set(monkeypatch, s
 
 
 def test_studies_are_computed_where_the_setting_says(monkeypatch, served):
-    monkeypatch.setattr(app, "Cluster", lambda address: f"the cluster at {address}")
-    for address, executor in (("", None), ("tcp://here:8786", "the cluster at tcp://here:8786")):
-        monkeypatch.setenv("GAINSCOPE_DASK_SCHEDULER", address)
-        assert app.main() == 0
-        assert served.pop()["executor"] == executor
+    class Cluster:
+        def __init__(self, address):
+            self.address = address
+
+        def shutdown(self, **how):
+            pass
+
+    monkeypatch.setattr(app, "Cluster", Cluster)
+    monkeypatch.setenv("GAINSCOPE_DASK_SCHEDULER", "tcp://here:8786")
+    assert app.main() == 0
+    assert served.pop()["executor"].address == "tcp://here:8786"
+
+
+def test_without_a_cluster_studies_are_computed_by_another_process_once_all_is_compiled(monkeypatch, served):
+    assert app.main() == 0
+    executor = served.pop()["executor"]
+    monkeypatch.setattr(kernels.loading, "held", lambda: True)
+    assert executor.submit(os.getpid).result() == os.getpid()
+    assert not executor.running()
+    monkeypatch.setattr(kernels.loading, "held", lambda: False)
+    assert executor.submit(os.getpid).result() == os.getpid()
+    assert executor.running()
+    for _ in range(600):
+        if (number := executor.submit(os.getpid).result()) != os.getpid():
+            break
+        time.sleep(0.05)
+    assert number != os.getpid()
+    executor.shutdown()
 
 
 def test_a_cluster_out_of_reach_is_said_in_one_line_without_its_password(monkeypatch, served, capsys):

@@ -12,6 +12,7 @@ from starlette.responses import PlainTextResponse
 
 from server.codings import COMPRESSED, preferred, write
 from server.files import ASK, IMMUTABLE, Files, Serving
+from server.routes import template
 
 SCRIPT = b"'use strict'; // a script\n" * 200
 OTHER = "another part of the server"
@@ -49,6 +50,16 @@ def ask(files, path, method="GET", **headers):
     asyncio.run(Serving(PlainTextResponse(OTHER), files)(scope, None, send))
     answered = {name.decode(): value.decode() for name, value in sent[0]["headers"]}
     return sent[0]["status"], answered, b"".join(part.get("body", b"") for part in sent[1:])
+
+
+@pytest.mark.parametrize(
+    ("path", "name"), [("/", "/"), ("own", "/static/{file}"), ("/assets/x.js", "none"), ("/elsewhere", "none")]
+)
+def test_a_file_is_counted_by_what_kind_it_is(files, path, name):
+    scope = {"type": "http", "method": "GET", "path": path if path != "own" else f"{files.folder}script.js"}
+    found = scope | {"headers": []}
+    asyncio.run(files.answer(found))
+    assert template(found) == name
 
 
 DECODED = {"br": brotli.decompress, "gzip": gzip.decompress, "identity": bytes}
