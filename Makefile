@@ -25,7 +25,7 @@ test: development ## run all tests
 # Compiled once: otherwise each worker, and each server that a test starts, compiles the same loops.
 test-without-browser: development
 	$(python) -m tracker_core compile
-	$(python) -m pytest -n auto --maxprocesses 8 --ignore tests/browser
+	$(python) -m pytest -n auto --maxprocesses 8 --dist worksteal --ignore tests/browser
 
 test-browser: development
 	@chromium=$$(scripts/chromium.sh) || exit 1; \

@@ -1,25 +1,29 @@
 """An executor whose work is done by another process, when nobody else wants the processor.
 
 Threads of the server would do as well, did they not take turns with its event loop at being the one who may run: work
-of minutes beside it makes everybody wait. `python -m server.apart FORM LEVEL THREADS` is the process.
+of minutes beside it makes everybody wait. Where the processors are wanted all the time, a piece of work now and then is
+done here all the same, so that none stands still. `python -m server.apart FORM LEVEL THREADS` is the process.
 """
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import os
 import pickle
+import queue
 import select
 import subprocess
 import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor, Future, InvalidStateError, ThreadPoolExecutor
+from dataclasses import dataclass
 from functools import partial
 from itertools import count
-from typing import IO, Any
+from typing import Any
 
 from server import child
 
@@ -27,6 +31,12 @@ NICE = 10
 
 IDLE = 300.0
 """Seconds after which the process is ended that nobody has needed."""
+
+HURRY = 1.0
+"""Seconds without an answer after which the oldest call is done here as well; one at a time."""
+
+LOOKED_AFTER = 0.1
+"""Seconds without an answer after which it is looked how long there has been none."""
 
 AGAIN = 10.0
 """Seconds from the start of one to the start of the next: one that cannot live is not to be started all the time."""
@@ -75,7 +85,7 @@ class Apart(Executor):
             if self._process is None and not self._ended and now >= self._next_at and self._may_start():
                 self._next_at = now + AGAIN
                 try:
-                    self._process = _Process(self._command, self._again, self._gone)
+                    self._process = _Process(self._command, self._do, self._gone)
                 except OSError as error:
                     _LOG.warning("Another process could not be started: %s: %s", type(error).__name__, error)
             return self._process
@@ -92,17 +102,36 @@ class Apart(Executor):
         if process is not None:
             process.end()
 
-    def _gone(self) -> None:
+    def _gone(self, left: Iterable[_Given]) -> None:
+        """The process has ended; what it has not done is done here."""
         with self._lock:
             self._process = None
+        for given in left:
+            if self._ended:
+                given.future.cancel()
+            else:
+                _LOG.warning("What another process has not done is done here")
+                self._do(given)
 
-    def _again(self, future: Future[Any], call: Call) -> None:
-        """Do here what the process has not done."""
-        if self._ended:
-            future.cancel()
-            return
-        _LOG.warning("What another process has not done is done here")
-        self._here.submit(call).add_done_callback(lambda done: _copy(done, future))
+    def _do(self, given: _Given) -> Future[Any]:
+        done = self._here.submit(given.call)
+        done.add_done_callback(partial(_copy, given.future))
+        return done
+
+
+@dataclass(frozen=True, slots=True)
+class _Given:
+    """A call that a process was given.
+
+    Attributes:
+        future: what it comes to.
+        call: does it.
+        since: when it was given, in seconds of `time.monotonic`.
+    """
+
+    future: Future[Any]
+    call: Call
+    since: float
 
 
 class _Process:
@@ -110,12 +139,15 @@ class _Process:
 
     Args:
         command: that starts it.
-        again: is given what it has not done.
-        gone: called once it has ended.
+        do: does a call here.
+        gone: is given what it has not done, once it has ended.
     """
 
     def __init__(
-        self, command: Sequence[str], again: Callable[[Future[Any], Call], None], gone: Callable[[], None]
+        self,
+        command: Sequence[str],
+        do: Callable[[_Given], Future[Any]],
+        gone: Callable[[Iterable[_Given]], None],
     ) -> None:
         # Read without a buffer: what has been taken out of the pipe could not be seen in it any more.
         self._popen = subprocess.Popen(  # noqa: S603 - our own program
@@ -125,88 +157,118 @@ class _Process:
         if hears is None or says is None:
             raise OSError("there is no pipe")
         self._hears, self._says = hears, says
-        self._again, self._gone = again, gone
+        self._do, self._gone = do, gone
         self._lock = threading.Lock()
-        self._asked: dict[int, tuple[Future[Any], Call]] = {}
+        self._asked: dict[int, _Given] = {}
         self._numbers = count()
         self._ready = False
-        threading.Thread(target=self._hear, name="apart", daemon=True).start()
+        self._used = time.monotonic()
+        self._hurried: Future[Any] | None = None
+        self._texts: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._speaker = threading.Thread(target=self._say, name="apart-says", daemon=True)
+        self._speaker.start()
+        threading.Thread(target=self._hear, name="apart-hears", daemon=True).start()
 
     def ask(self, call: Call) -> Future[Any] | None:
         """What the call gives, once it is there; None where it is to be done elsewhere."""
-        future: Future[Any] = Future()
         number = next(self._numbers)
         text = child.framed(pickle.dumps((number, call), 5))
+        given = _Given(Future(), call, time.monotonic())
         with self._lock:
             if not self._ready:
                 return None
-            self._asked[number] = future, call
-            try:
-                _write(self._says, text)
-            except OSError:
-                del self._asked[number]
-                return None
-        return future
+            self._asked[number] = given
+        self._texts.put(text)
+        given.future.add_done_callback(lambda _: self._drop(number))
+        return given.future
 
     def end(self) -> None:
         """End it at once."""
         self._popen.kill()
 
+    def _drop(self, number: int) -> None:
+        """Nobody waits any more for what it was given, if it has not answered."""
+        with self._lock:
+            waited = self._asked.pop(number, None) is not None
+        if waited:
+            self._texts.put(child.framed(pickle.dumps((number, None), 5)))
+
+    def _say(self) -> None:
+        """In its thread: say what there is to be said. Where it gets no processor, it does not listen either."""
+        with contextlib.suppress(OSError):
+            while (text := self._texts.get()) is not None:
+                rest = memoryview(text)
+                while rest:
+                    rest = rest[self._says.write(rest) :]
+
     def _hear(self) -> None:
         """In its thread: take answers until it is gone, or idle for long."""
         try:
-            while self._may_go_on() and (text := child.text_in(self._hears.read)) is not None:
-                if self._ready:
+            while self._is_wanted():
+                if not select.select([self._hears], [], [], LOOKED_AFTER)[0]:
+                    self._hurry()
+                elif (text := child.text_in(self._hears.read)) is None:
+                    break
+                else:
                     self._take(text)
-                self._ready = True
-        except (OSError, pickle.UnpicklingError, LookupError) as error:
+        except (OSError, pickle.UnpicklingError, TypeError, ValueError) as error:
             _LOG.warning("Another process is gone: %s: %s", type(error).__name__, error)
         with self._lock:
             self._ready = False
             left, self._asked = list(self._asked.values()), {}
+        self._texts.put(None)
+        self._popen.kill()
+        self._speaker.join()
         with self._popen:
-            self._popen.kill()
-        self._gone()
-        for future, call in left:
-            self._again(future, call)
+            pass
+        self._gone(left)
 
-    def _may_go_on(self) -> bool:
-        """Wait for what it says next; false where nobody has needed it for long."""
-        while not select.select([self._hears], [], [], IDLE)[0]:
-            with self._lock:
-                if self._ready and not self._asked:
-                    self._ready = False
-                    return False
+    def _is_wanted(self) -> bool:
+        """Whether it was needed lately; from then on it is given nothing."""
+        with self._lock:
+            if self._ready and not self._asked and time.monotonic() - self._used > IDLE:
+                self._ready = False
+                return False
         return True
 
+    def _hurry(self) -> None:
+        """Have the oldest call done here as well, where there has been no answer for long."""
+        with self._lock:
+            oldest = next(iter(self._asked.values()), None)
+        now = time.monotonic()
+        if oldest is None or now - max(oldest.since, self._used) < HURRY:
+            return
+        if self._hurried is None or self._hurried.done():
+            self._used, self._hurried = now, self._do(oldest)
+
     def _take(self, text: bytes) -> None:
+        self._used = time.monotonic()
+        if not self._ready:
+            self._ready = True
+            return
         number, right, value = pickle.loads(text)  # noqa: S301 - from a process of our own
         with self._lock:
-            future, _ = self._asked.pop(number)
-        # Who asked may not want it any more.
-        if not future.set_running_or_notify_cancel():
-            return
-        if right:
-            future.set_result(value)
+            given = self._asked.pop(number, None)
+        if given is not None:
+            _settle(given.future, value if right else None, None if right else value)
+
+
+def _settle(future: Future[Any], result: Any, error: BaseException | None) -> None:
+    """Say what it came to; who asked may have gone, or have been told already."""
+    with contextlib.suppress(InvalidStateError):
+        if error is None:
+            future.set_result(result)
         else:
-            future.set_exception(value)
+            future.set_exception(error)
 
 
-def _write(pipe: IO[bytes], text: bytes) -> None:
-    """Write all of it."""
-    rest = memoryview(text)
-    while rest:
-        rest = rest[pipe.write(rest) :]
-
-
-def _copy(done: Future[Any], future: Future[Any]) -> None:
-    """Give a future what another has come to."""
-    if not future.set_running_or_notify_cancel():
-        return
-    if (error := done.exception()) is not None:
-        future.set_exception(error)
+def _copy(future: Future[Any], done: Future[Any]) -> None:
+    """Give a future what another one has come to."""
+    if done.cancelled():
+        future.cancel()
     else:
-        future.set_result(done.result())
+        error = done.exception()
+        _settle(future, None if error else done.result(), error)
 
 
 def give_way() -> None:
@@ -224,6 +286,7 @@ def main() -> None:
     out = child.begin(form, level)
     give_way()
     lock = threading.Lock()
+    given: dict[int, Future[None]] = {}
 
     def say(answer: Any) -> None:
         text = child.framed(pickle.dumps(answer, 5))
@@ -238,10 +301,19 @@ def main() -> None:
             error.add_note(traceback.format_exc())
             say((number, False, error))
 
+    def forget(number: int, done: Future[None]) -> None:
+        del done
+        given.pop(number, None)
+
     pool = ThreadPoolExecutor(int(threads), thread_name_prefix="apart")
     say(None)
     while (text := child.text_in(sys.stdin.buffer.read)) is not None:
-        pool.submit(do, *pickle.loads(text))  # noqa: S301 - from the server
+        number, call = pickle.loads(text)  # noqa: S301 - from the server
+        if call is not None:
+            given[number] = pool.submit(do, number, call)
+            given[number].add_done_callback(partial(forget, number))
+        elif (unwanted := given.get(number)) is not None:
+            unwanted.cancel()
     # Nobody waits for what is still being computed.
     os._exit(0)
 

@@ -31,9 +31,6 @@ PARTS = 30
 EVERY = 1.0
 """Seconds from sample to sample."""
 
-QUIET = 20.0
-"""Seconds after which a server has closed everything that its users have left."""
-
 
 @dataclass(frozen=True, slots=True)
 class Long:
@@ -44,12 +41,14 @@ class Long:
         warming: minutes before.
         users: of all pages.
         watchers: of the page with the scene in three dimensions.
+        quiet: seconds after which a server has closed everything that its users have left.
     """
 
     minutes: float = 30.0
     warming: float = 10.0
     users: int = 50
     watchers: int = 20
+    quiet: float = 20.0
 
 
 Samples = list[tuple[float, float]]
@@ -57,7 +56,7 @@ Samples = list[tuple[float, float]]
 
 SERVER = "the server"
 
-SHORT = Long(minutes=0.05, warming=0.1, users=4, watchers=2)
+SHORT = Long(minutes=0.05, warming=0.1, users=4, watchers=2, quiet=5.0)
 
 
 def trial(short: bool = False, long: Long | None = None) -> Iterator[Finding]:
@@ -65,15 +64,15 @@ def trial(short: bool = False, long: Long | None = None) -> Iterator[Finding]:
     plan = long or (SHORT if short else Long())
     with tempfile.TemporaryFile() as log:
         with running(log) as it:
-            yield from uvloop.run(_stay(it.port, psutil.Process(it.process.pid), plan, QUIET))
+            yield from uvloop.run(_stay(it.port, psutil.Process(it.process.pid), plan))
         yield none_of("tracebacks in the log", tracebacks(log), "all")
 
 
-async def _stay(port: int, server: psutil.Process, plan: Long, quiet: float) -> list[Finding]:
+async def _stay(port: int, server: psutil.Process, plan: Long) -> list[Finding]:
     await _crowded(port, server, plan, plan.warming * 60, seed=1)
-    before = await _open_files(server, 0, quiet)
+    before = await _open_files(server, 0, plan.quiet)
     memory, tally = await _crowded(port, server, plan, plan.minutes * 60, seed=2)
-    after = await _open_files(server, before, quiet)
+    after = await _open_files(server, before, plan.quiet)
     _, late, _ = percentiles(seconds for found in tally.seconds.values() for seconds in found)
     # What came later is still filling its memories.
     lasting = {name: found for name, found in memory.items() if len(found) == len(memory[SERVER])}

@@ -156,7 +156,8 @@ def test_one_that_cannot_live_is_not_started_again_and_again(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "said", [b"\x03\x00\x00\x00abc", b"\x05\x00\x00\x00ab", child.framed(pickle.dumps((7, True, 1)))]
+    "said",
+    [b"\x03\x00\x00\x00abc", b"\x05\x00\x00\x00ab", child.framed(pickle.dumps(7)), child.framed(pickle.dumps((1, 2)))],
 )
 def test_one_that_babbles_is_ended(said, caplog):
     code = (
@@ -178,6 +179,87 @@ def test_a_command_that_there_is_not_costs_nothing(caplog):
     assert "could not be started: FileNotFoundError" in caplog.text
 
 
+def test_an_answer_that_nobody_waits_for_is_no_fault(some):
+    number = made_ready(some)
+    late = some.submit(time.sleep, 0.2)
+    assert late.cancel()
+    time.sleep(0.3)
+    assert made_ready(some) == number
+
+
+def test_what_nobody_wants_any_more_is_not_begun(some, tmp_path):
+    held = [some.submit(time.sleep, 0.5) for _ in range(THREADS)]
+    unwanted = some.submit((tmp_path / "begun").touch)
+    assert unwanted.cancel()
+    assert [future.result(PATIENCE) for future in held] == [None] * THREADS
+    assert some.submit(abs, -1).result(PATIENCE) == 1
+    assert not (tmp_path / "begun").exists()
+
+
+def test_where_no_answer_comes_the_oldest_is_done_here_one_at_a_time(some, monkeypatch):
+    monkeypatch.setattr(apart, "HURRY", 0.2)
+    doing = []
+
+    class Slow(Executor):
+        def submit(self, work, /, *arguments, **named):
+            future = Future()
+            doing.append((work, future))
+            return future
+
+    some._here = Slow()
+    first, second, third = (some.submit(time.sleep, 30) for _ in range(3))
+    until(lambda: len(doing) == 1)
+    time.sleep(0.6)
+    ((call, here),) = doing
+    assert call.args == (30,)
+    here.set_result("first")
+    assert first.result(PATIENCE) == "first"
+    until(lambda: len(doing) == 2)
+    doing[1][1].set_exception(InputError("seed", "must be done here", 1))
+    with pytest.raises(InputError):
+        second.result(PATIENCE)
+    assert not third.done()
+    # The third was not begun there: with the others given up, both threads are busy with them still.
+    until(lambda: len(doing) == 3)
+    third.cancel()
+    doing[2][1].set_result("too late")
+    assert third.cancelled()
+
+
+def test_as_long_as_answers_come_none_is_overdue(some, monkeypatch):
+    monkeypatch.setattr(apart, "HURRY", 0.3)
+    some._here.calls.clear()
+    futures = [some.submit(time.sleep, 0.1) for _ in range(6 * THREADS)]
+    assert [future.result(PATIENCE) for future in futures] == [None] * 6 * THREADS
+    assert some._here.calls == []
+
+
+def test_whoever_is_first_is_heard(some, monkeypatch):
+    monkeypatch.setattr(apart, "HURRY", 0.1)
+    never = Future()
+
+    class Never(Executor):
+        def submit(self, work, /, *arguments, **named):
+            return never
+
+    some._here = Never()
+    assert some.submit(time.sleep, 0.8).result(PATIENCE) is None
+    never.set_result("too late")
+
+
+def test_one_that_does_not_listen_holds_nobody_up(some):
+    number = made_ready(some)
+    os.kill(number, signal.SIGSTOP)
+    try:
+        some._here.calls.clear()
+        # More than a pipe holds.
+        assert some.submit(np.negative, np.zeros(1_000_000)).result(PATIENCE) == "here"
+        assert some.submit(np.negative, np.zeros(1_000_000)).result(PATIENCE) == "here"
+    finally:
+        os.kill(number, signal.SIGCONT)
+    assert made_ready(some) == number
+
+
 def test_where_it_may_not_start_yet_it_does_not():
     executor = Apart(COMMAND, THREADS, Here(), lambda: False)
     assert executor.submit(abs, 1).result(PATIENCE) == "here"
@@ -189,7 +271,7 @@ def test_one_that_nobody_needs_is_ended(hurried, monkeypatch, caplog):
     executor = Apart(COMMAND, THREADS, Here())
     number = made_ready(executor)
     # What takes longer is waited for.
-    assert executor.submit(time.sleep, 0.6).result(PATIENCE) is None
+    assert executor.submit(time.sleep, 0.4).result(PATIENCE) is None
     until(lambda: not executor.running())
     assert not is_running(number)
     assert not caplog.text
