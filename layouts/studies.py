@@ -9,19 +9,17 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import threading
 from collections import OrderedDict, deque
-from collections.abc import Awaitable, Callable, Iterator, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import dataclass, field
 from time import perf_counter
-from typing import Any, Protocol
+from typing import Any
 
 import orjson
 from fastapi import FastAPI, WebSocket
 
+from layouts.asked import Asked, Content, Study, refused
 from layouts.questions import StudyQuestion, read_study_question
-from layouts.text import error_text
 from server.apart import Apart
 from server.sockets import listen
 from tracker_core import InputError
@@ -46,19 +44,6 @@ REMEMBERED_SCORES = 8_000_000
 _LOG = logging.getLogger(__name__)
 
 
-class Study(Protocol):
-    """What can be run: a hashable description."""
-
-    def __hash__(self) -> int: ...
-
-    def stream(self, executor: Executor | None = None) -> Iterator[Progress[Any]]:
-        """The outcome as it grows; closing the iterator ends the work."""
-        ...
-
-
-Content = Callable[[Progress[Any]], Mapping[str, Any]]
-"""What a page shows of how far a study has come, as plain values."""
-
 Begin = Callable[[StudyQuestion], tuple[Study, Content]]
 """From a page's question to the study it asks for and what the page shows of it; raises InputError."""
 
@@ -77,7 +62,7 @@ class Studies:
         self._minutes = minutes
         self._waiting = waiting
         self._drivers = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="studies")
-        self._line: deque[_Asked] = deque()
+        self._line: deque[Asked] = deque()
         self._running = 0
         self._ended = False
         self._outcomes: OrderedDict[Study, Progress[Any]] = OrderedDict()
@@ -127,7 +112,7 @@ class Studies:
         """Processes of this machine that studies are computed by, beside the server."""
         return int(isinstance(self._executor, Apart) and self._executor.running())
 
-    def enter(self, asked: _Asked) -> None:
+    def enter(self, asked: Asked) -> None:
         """Run it now or put it at the end of the line, if that is not too long already."""
         if len(self._line) >= self._waiting:
             asked.stopped.set()
@@ -136,7 +121,7 @@ class Studies:
         self._line.append(asked)
         self._call()
 
-    def leave(self, asked: _Asked) -> None:
+    def leave(self, asked: Asked) -> None:
         """Take it out of the line, or end it within a part of its work."""
         asked.stopped.set()
         if asked in self._line:
@@ -157,7 +142,7 @@ class Studies:
         self._running -= 1
         self._call()
 
-    def _drive(self, asked: _Asked) -> None:
+    def _drive(self, asked: Asked) -> None:
         """In a thread: take one part after the other until it is done or nobody wants it any more."""
         try:
             begun, next_at = perf_counter(), STEP
@@ -185,7 +170,7 @@ class Studies:
                 asked.loop.call_soon_threadsafe(self._remember, asked.study, progress)
                 asked.end(message)
         except InputError as error:
-            asked.end(refusal(error))
+            asked.end(refused(error))
         except (Exception, asyncio.CancelledError):  # noqa: BLE001 - whatever it was, the page must hear of it
             if not self._ended:
                 _LOG.exception("A study failed")
@@ -201,75 +186,14 @@ def _unreadable(problem: Mapping[str, str]) -> bytes:
     return orjson.dumps({"problem": problem})
 
 
-def refusal(error: InputError) -> dict[str, Any]:
-    """What a page is told of a study that cannot be run."""
-    return {"state": "refused", "errors": {error.field: error_text(error)}}
-
-
-@dataclass(eq=False, slots=True)
-class _Asked:
-    """A study that a page waits for.
-
-    Attributes:
-        study: what is run.
-        view: number of the question, and what the page shows of the study; a page that asks again about the study
-            that runs for it looks at it in another way, another theme say.
-        tell: sends to the page, from the server's loop.
-        loop: that loop.
-        stopped: set once nobody wants it any more, or it has ended.
-        last: how far it had come when it was shown last, and after how many seconds; None once all of it is there.
-    """
-
-    study: Study
-    view: tuple[Any, Content]
-    tell: Callable[[Mapping[str, Any]], None]
-    loop: asyncio.AbstractEventLoop
-    stopped: threading.Event = field(default_factory=threading.Event)
-    last: tuple[Progress[Any], float] | None = None
-
-    def post(self, message: Mapping[str, Any]) -> None:
-        """Send to the page, from a thread."""
-        if not self.stopped.is_set():
-            self.loop.call_soon_threadsafe(self.tell, message)
-
-    def end(self, message: Mapping[str, Any], last: tuple[Progress[Any], float] | None = None) -> None:
-        """Send the last word on it, from a thread: whoever asks again is told what is remembered, or begins anew."""
-        if not self.stopped.is_set():
-            self.stopped.set()
-            self.last = last
-            self.loop.call_soon_threadsafe(self._last_word, message)
-
-    def _last_word(self, message: Mapping[str, Any]) -> None:
-        seq = self.view[0]
-        # A question that came while the answer to the one before was made is to be asked once more.
-        late = message.get("seq", seq) != seq
-        self.tell({"seq": seq, "state": "again"} if late else {"seq": seq, **message})
-
-    def shown(self, progress: Progress[Any], seconds: float) -> dict[str, Any]:
-        """How far it has come, as the page is told."""
-        over = progress.done >= progress.of
-        rate = progress.done / seconds if seconds else 0.0
-        # Taken once: a question that comes meanwhile is answered with what belongs to it.
-        seq, content = self.view
-        return {
-            "seq": seq,
-            "state": "done" if over else "running",
-            "done": progress.done,
-            "of": progress.of,
-            "seconds": seconds,
-            "remaining": (progress.of - progress.done) / rate if rate else None,
-            "content": content(progress),
-        }
-
-
 class _Page:
     """One page's socket: the newest question counts, and the newest answer is sent."""
 
     def __init__(self, studies: Studies, begin: Begin) -> None:
         self._studies = studies
         self._begin = begin
-        self._asked: _Asked | None = None
-        self._left: _Asked | None = None
+        self._asked: Asked | None = None
+        self._left: Asked | None = None
         self._message: dict[str, Any] | None = None
         self._news = asyncio.Event()
 
@@ -297,7 +221,7 @@ class _Page:
             study, content = await asyncio.to_thread(self._begin, question)
         except InputError as error:
             self.stop()
-            self._say({"seq": seq, **refusal(error)})
+            self._say({"seq": seq, **refused(error)})
             return
         if question.look:
             await self._look(seq, study, content)
@@ -317,7 +241,7 @@ class _Page:
         self.stop()
         self._left = None
         known = self._studies.outcome(study)
-        asked = _Asked(study, (seq, content), self._say, asyncio.get_running_loop())
+        asked = Asked(study, (seq, content), self._say, asyncio.get_running_loop())
         self._asked = asked
         if known is not None:
             asked.stopped.set()

@@ -24,7 +24,7 @@ from typing import Any, Protocol
 ROOT = Path(__file__).parents[1]
 IMAGE = "gainscope-trial"
 MOST_TMP = "64m"
-PROCESSES = 128
+PROCESSES = 256
 PATIENCE = 1800.0
 """Seconds that building may take."""
 

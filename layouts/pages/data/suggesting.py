@@ -9,9 +9,9 @@ from functools import partial
 from typing import Any
 from urllib.parse import parse_qsl
 
+from layouts.asked import Content
 from layouts.questions import StudyQuestion
 from layouts.state import Settings, from_query
-from layouts.studies import Content
 from layouts.text import significant
 from tracker_core import Experiment, InputError
 from tracker_core.run import observe

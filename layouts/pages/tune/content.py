@@ -7,6 +7,7 @@ from math import isfinite
 from typing import Any
 from urllib.parse import parse_qsl
 
+from layouts.asked import Content
 from layouts.figures.common import Figure
 from layouts.figures.tuning.map import map_figure
 from layouts.figures.tuning.search import search_figure
@@ -17,7 +18,6 @@ from layouts.pages.tune.rivals import DIGITS, gains_controls, rival_rows
 from layouts.pages.tune.studies import Study, study_of
 from layouts.questions import StudyQuestion
 from layouts.state import Settings, from_query
-from layouts.studies import Content
 from tracker_core import Experiment
 from tracker_core.experiment import PARAMETERS
 from tracker_core.tuning import Map, MapOutcome, Optimum, Progress, Search, SearchOutcome, Sweep, SweepOutcome
