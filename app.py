@@ -13,6 +13,9 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+# Read when NumPy is loaded. A second BLAS thread beside a busy neighbour makes small products many times slower.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from server import collecting, lifecycle, logs
 from server.apart import Apart
 from server.lifecycle import Life, Server

@@ -245,6 +245,18 @@ def filled_table(body_id: str, caption: str, head: Sequence[str | Component]) ->
     )
 
 
+_NOTHING = "rgba(0,0,0,0)"
+
+BEFORE = {
+    "data": [],
+    "layout": {
+        "xaxis": {"visible": False}, "yaxis": {"visible": False},
+        "paper_bgcolor": _NOTHING, "plot_bgcolor": _NOTHING,
+    },
+}  # fmt: skip
+"""What a plot shows before there is an answer: axes would be drawn for nothing, and flash in another theme."""
+
+
 def plot_card(
     graph_id: str, title: str, label: str, tools: Sequence[Component] = (), below: Sequence[Component] = ()
 ) -> Component:
@@ -262,7 +274,7 @@ def plot_card(
             html.Div([html.H2(title, id=f"{graph_id}-title"), *tools], className="card-head"),
             html.Div(
                 [
-                    dcc.Graph(id=graph_id, figure={"data": [], "layout": {}}, config=GRAPH_CONFIG, className="plot"),
+                    dcc.Graph(id=graph_id, figure=BEFORE, config=GRAPH_CONFIG, className="plot"),
                     save_figure(title),
                 ],
                 role="figure",
