@@ -70,7 +70,7 @@ def build(
         scenes.Scenes(settings.scenes),
         Studies(executor, minutes=settings.study_minutes, waiting=settings.studies_waiting),
         Work(seconds=settings.work_seconds),
-        Helpers(settings.helpers, (sys.executable, "-m", "layouts.helper", settings.log, settings.log_level)),
+        Helpers(settings.helpers, (sys.executable, "-m", "layouts.helper", settings.log, settings.log_level), ROOT),
     )
     life.at_stop(services.helpers.stop)
     life.at_stop(services.scenes.close)
@@ -160,7 +160,7 @@ def apart(settings: Settings) -> Apart:
     here = threads()
     workers = here._max_workers
     command = (sys.executable, "-m", "server.apart", settings.log, settings.log_level, str(workers))
-    return Apart(command, workers, here, may_start)
+    return Apart(command, workers, here, may_start, ROOT)
 
 
 def data_store(settings: Settings) -> Store | None:

@@ -23,6 +23,7 @@ from concurrent.futures import Executor, Future, InvalidStateError, ThreadPoolEx
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
+from pathlib import Path
 from typing import Any
 
 from server import child
@@ -56,16 +57,23 @@ class Apart(Executor):
         workers: threads that it computes with.
         here: computes what it cannot.
         may_start: whether it may be started by now.
+        folder: in which it is started; None for the present one.
     """
 
     def __init__(
-        self, command: Sequence[str], workers: int, here: Executor, may_start: Callable[[], bool] = lambda: True
+        self,
+        command: Sequence[str],
+        workers: int,
+        here: Executor,
+        may_start: Callable[[], bool] = lambda: True,
+        folder: Path | None = None,
     ) -> None:
         # Whoever hands parts over looks how many to hand over at a time, as with executors of threads.
         self._max_workers = workers
         self._command = tuple(command)
         self._here = here
         self._may_start = may_start
+        self._folder = folder
         self._lock = threading.Lock()
         self._process: _Process | None = None
         self._next_at = 0.0
@@ -85,7 +93,7 @@ class Apart(Executor):
             if self._process is None and not self._ended and now >= self._next_at and self._may_start():
                 self._next_at = now + AGAIN
                 try:
-                    self._process = _Process(self._command, self._do, self._gone)
+                    self._process = _Process(self._command, self._folder, self._do, self._gone)
                 except OSError as error:
                     _LOG.warning("Another process could not be started: %s: %s", type(error).__name__, error)
             return self._process
@@ -139,6 +147,7 @@ class _Process:
 
     Args:
         command: that starts it.
+        folder: in which.
         do: does a call here.
         gone: is given what it has not done, once it has ended.
     """
@@ -146,12 +155,13 @@ class _Process:
     def __init__(
         self,
         command: Sequence[str],
+        folder: Path | None,
         do: Callable[[_Given], Future[Any]],
         gone: Callable[[Iterable[_Given]], None],
     ) -> None:
         # Read without a buffer: what has been taken out of the pipe could not be seen in it any more.
         self._popen = subprocess.Popen(  # noqa: S603 - our own program
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, cwd=folder
         )
         hears, says = self._popen.stdout, self._popen.stdin
         if hears is None or says is None:

@@ -15,6 +15,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf
+from pathlib import Path
 from statistics import median
 from time import monotonic
 
@@ -91,11 +92,13 @@ class Helpers:
     Args:
         most: of them; 0 for none ever.
         command: that starts one; it speaks as `frame` says on its standard input and output.
+        folder: in which it is started; None for the present one.
     """
 
-    def __init__(self, most: int, command: Sequence[str]) -> None:
+    def __init__(self, most: int, command: Sequence[str], folder: Path | None = None) -> None:
         self._most = most
         self._command = tuple(command)
+        self._folder = folder
         self._helpers: list[_Helper] = []
         self._line: deque[_Asked] = deque()
         self._watching: asyncio.Task[None] | None = None
@@ -174,7 +177,7 @@ class Helpers:
     async def _keep(self, helper: _Helper) -> None:
         """From the start of a helper to its end."""
         try:
-            await helper.run(self._command)
+            await helper.run(self._command, self._folder)
         except (OSError, asyncio.IncompleteReadError, msgspec.DecodeError) as error:
             if not self._ended:
                 _LOG.warning("A helper is gone: %s: %s", type(error).__name__, error)
@@ -210,7 +213,7 @@ class _Helper:
         """When what it has been asked first came; infinity where it has nothing to do."""
         return self._asked[0].since if self._asked else inf
 
-    async def run(self, command: Sequence[str]) -> None:
+    async def run(self, command: Sequence[str], folder: Path | None) -> None:
         """Start the process and hear it until it is ended.
 
         Raises:
@@ -218,7 +221,7 @@ class _Helper:
             asyncio.IncompleteReadError: where it has ended by itself.
             msgspec.DecodeError: where it says what is no answer.
         """
-        self._process = process = await asyncio.create_subprocess_exec(*command, stdin=PIPE, stdout=PIPE)
+        self._process = process = await asyncio.create_subprocess_exec(*command, stdin=PIPE, stdout=PIPE, cwd=folder)
         if self._unwanted:
             self.kill()
         hears, self._says = process.stdout, process.stdin

@@ -11,6 +11,8 @@ from server import helpers
 from server.helpers import ComputingError, Helpers
 from server.work import NoAnswerError
 
+ROOT = Path(__file__).parents[2]
+
 HELPER = """
 import os, sys, time
 from server.helpers import frame, question_in
@@ -37,6 +39,8 @@ while (asked := question_in(sys.stdin.buffer.read)) is not None:
     elif name == "babble":
         sys.stdout.buffer.write(b"\\x03\\x00\\x00\\x00abc")
         sys.stdout.flush()
+    elif name == "where":
+        say(True, os.getcwd().encode())
     else:
         say(True, name.encode() + question)
 """
@@ -90,6 +94,18 @@ def is_running(number):
         return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
+
+
+def test_one_is_started_where_it_is_said(hurried, monkeypatch, tmp_path):
+    async def whole():
+        some = Helpers(1, (sys.executable, "-c", HELPER.format(start="")), ROOT)
+        monkeypatch.chdir(tmp_path)
+        found, _ = await answered(some, "where")
+        some.stop()
+        await until(lambda: not some.running())
+        return found
+
+    assert asyncio.run(whole()).decode() == str(ROOT)
 
 
 def test_where_none_are_allowed_none_come(hurried):
