@@ -127,19 +127,23 @@ class Apart(Executor):
         return done
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Given:
-    """A call that a process was given.
+    """A call that a process is given.
 
     Attributes:
         future: what it comes to.
         call: does it.
+        text: the same as it is sent.
         since: when it was given, in seconds of `time.monotonic`.
+        is_sent: whether the process hears of it.
     """
 
     future: Future[Any]
     call: Call
+    text: bytes
     since: float
+    is_sent: bool = False
 
 
 class _Process:
@@ -174,7 +178,8 @@ class _Process:
         self._ready = False
         self._used = time.monotonic()
         self._hurried: Future[Any] | None = None
-        self._texts: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        # Numbers alone: what nobody wants any more takes no room while it waits to be sent.
+        self._words: queue.SimpleQueue[int | None] = queue.SimpleQueue()
         self._speaker = threading.Thread(target=self._say, name="apart-says", daemon=True)
         self._speaker.start()
         threading.Thread(target=self._hear, name="apart-hears", daemon=True).start()
@@ -182,13 +187,12 @@ class _Process:
     def ask(self, call: Call) -> Future[Any] | None:
         """What the call gives, once it is there; None where it is to be done elsewhere."""
         number = next(self._numbers)
-        text = child.framed(pickle.dumps((number, call), 5))
-        given = _Given(Future(), call, time.monotonic())
+        given = _Given(Future(), call, child.framed(pickle.dumps((number, call), 5)), time.monotonic())
         with self._lock:
             if not self._ready:
                 return None
             self._asked[number] = given
-        self._texts.put(text)
+        self._words.put(number)
         given.future.add_done_callback(lambda _: self._drop(number))
         return given.future
 
@@ -199,17 +203,26 @@ class _Process:
     def _drop(self, number: int) -> None:
         """Nobody waits any more for what it was given, if it has not answered."""
         with self._lock:
-            waited = self._asked.pop(number, None) is not None
-        if waited:
-            self._texts.put(child.framed(pickle.dumps((number, None), 5)))
+            given = self._asked.pop(number, None)
+        if given is not None and given.is_sent:
+            self._words.put(number)
 
     def _say(self) -> None:
         """In its thread: say what there is to be said. Where it gets no processor, it does not listen either."""
         with contextlib.suppress(OSError):
-            while (text := self._texts.get()) is not None:
-                rest = memoryview(text)
+            while (number := self._words.get()) is not None:
+                rest = memoryview(self._text(number))
                 while rest:
                     rest = rest[self._says.write(rest) :]
+
+    def _text(self, number: int) -> bytes:
+        """What is said under a number: first the call, then that nobody wants it any more."""
+        with self._lock:
+            given = self._asked.get(number)
+            if given is None:
+                return child.framed(pickle.dumps((number, None), 5))
+            given.is_sent = True
+            return given.text
 
     def _hear(self) -> None:
         """In its thread: take answers until it is gone, or idle for long."""
@@ -221,12 +234,12 @@ class _Process:
                     break
                 else:
                     self._take(text)
-        except (OSError, pickle.UnpicklingError, TypeError, ValueError) as error:
+        except Exception as error:  # noqa: BLE001 - whatever it says, somebody waits for it
             _LOG.warning("Another process is gone: %s: %s", type(error).__name__, error)
         with self._lock:
             self._ready = False
             left, self._asked = list(self._asked.values()), {}
-        self._texts.put(None)
+        self._words.put(None)
         self._popen.kill()
         self._speaker.join()
         with self._popen:

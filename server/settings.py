@@ -101,7 +101,7 @@ class Settings:
     )
     dask_scheduler: str = _set(
         "",
-        _text("Address of a Dask scheduler whose workers compute long studies; empty for this machine's threads."),
+        _text("Address of a Dask scheduler whose workers compute long studies; empty for this machine."),
         shown=without_password,
     )
     data: str = _set(
@@ -121,7 +121,7 @@ class Settings:
     helpers: int = _set(
         0,
         _whole("Other processes that compute answers too while one processor is not enough.", 0, 64),
-        elsewhere="a processor less than there are, 3 at most",
+        elsewhere="as many as processors, 3 at most; none with one",
     )
     work_seconds: float = _set(30.0, _number("Time that one answer may take.", "s", 0.1, 3600))
     study_minutes: float = _set(60.0, _number("Time that one study may take.", "min", 0.01, 10_080))
@@ -234,7 +234,7 @@ def _usual(environment: Mapping[str, str]) -> dict[str, Any]:
     else:
         data = str(Path(home) / "gainscope")
     processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    helpers = min(max(processors - 1, 0), MOST_HELPERS)
+    helpers = min(processors, MOST_HELPERS) if processors > 1 else 0
     return {
         "data": data,
         "helpers": helpers,

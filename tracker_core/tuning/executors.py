@@ -1,7 +1,7 @@
 """Where the parts of a study are computed: on any `concurrent.futures.Executor`, threads by default.
 
-The compiled kernels release the interpreter's lock, so that threads are all that one machine needs; the executor of a
-cluster takes the same functions with the same arguments.
+The compiled kernels release the interpreter's lock: threads are all that is needed by a process that does nothing else.
+The executor of another process, or of a cluster, takes the same functions with the same arguments.
 """
 
 from __future__ import annotations
