@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 # Read when NumPy is loaded. A second BLAS thread beside a busy neighbour makes small products many times slower.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from server import collecting, lifecycle, logs
+from server import lifecycle, logs, memory
 from server.apart import Apart
 from server.lifecycle import Life, Server
 from server.settings import Settings
@@ -127,7 +127,7 @@ def prepare(life: Life) -> None:
         loading = Loading(lambda: life.reach("ready"))
         life.at_stop(loading.stop)
         loading.run()
-        collecting.settle()
+        memory.settle()
 
     life.reach("compiling")
     threading.Thread(target=work, name="kernels", daemon=True).start()
@@ -194,6 +194,7 @@ def serve(settings: Settings) -> None:
 def main() -> int:
     """Serve as the environment says; returns the exit status: 0, or 2 for a bad setting."""
     lifecycle.leave_at_once_until_served()
+    memory.share()
     try:
         settings = Settings.from_environment(os.environ)
         logs.start(settings.log, settings.log_level)

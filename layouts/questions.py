@@ -32,6 +32,9 @@ TEXT_LIMIT = 200
 TEXT_LIMITS = {"reading": int(FIELDS["reading"].domain.high), "pole": 400}
 """Of those that may hold more."""
 
+WHOLE = 2**63
+"""Whole numbers beyond this are taken as a browser has them, with a few digits: an answer can say no longer ones."""
+
 LINK_LENGTH = 8_000
 """Characters of a link, far more than one of ours has."""
 
@@ -77,6 +80,8 @@ class Question(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
         for name, value in self.controls.items():
             if isinstance(value, str) and len(value) > (limit := TEXT_LIMITS.get(name, TEXT_LIMIT)):
                 raise InputError(f"controls.{name}", f"must have at most {limit} characters", value)
+            if isinstance(value, int) and not -WHOLE <= value < WHOLE:
+                self.controls[name] = _inexact(name, value)
 
     @property
     def is_long(self) -> bool:
@@ -91,6 +96,13 @@ class Question(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
             return float(self.controls.get("samples") or 0) > LONG_RUN or held()
         except (ValueError, OverflowError):
             return False
+
+
+def _inexact(name: str, value: int) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputError(f"controls.{name}", "must have at most 308 digits", value) from None
 
 
 class StudyQuestion(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):

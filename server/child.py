@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable
 from typing import BinaryIO
 
-from server import collecting, logs
+from server import logs, memory
 
 
 def begin(form: str, level: str) -> BinaryIO:
@@ -22,6 +22,7 @@ def begin(form: str, level: str) -> BinaryIO:
     Args:
         form, level: of the log.
     """
+    memory.share()
     logs.start(form, level)
     # Ctrl-C is for the server, which then ends this.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -34,7 +35,7 @@ def begin(form: str, level: str) -> BinaryIO:
 
     for name in SIGNATURES:
         make(getattr(kernels, name), name)
-    collecting.settle()
+    memory.settle()
     return out
 
 

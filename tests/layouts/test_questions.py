@@ -122,6 +122,27 @@ def test_the_first_question_of_a_page_is_answered(post, desk):
     assert (rest["ok"], rest["controls"]["xi"]) == (True, 0.5)
 
 
+@ON_EVERY_PAGE
+@pytest.mark.parametrize("number", [2**63, -(2**63) - 1, 10**20, -(10**300)])
+def test_a_number_that_no_answer_could_hold_is_wrong_in_its_place(post, talk, desk, number):
+    question = asked_first(desk) | {"changed": ["seed"]}
+    question["controls"]["seed"] = number
+    answered = post(body(desk, question))
+    assert answered.status_code == 200
+    _, said = talk(json.dumps(question), path=f"/{desk.page}/live")
+    moved = json.loads(said["bytes"][4 : 4 + int.from_bytes(said["bytes"][:4], "little")])
+    for rest in (answered.json()["response"][f"{desk.page}-answer"]["data"], moved):
+        assert (rest["ok"], rest["errors"].keys(), rest["controls"]["seed"]) == (False, {"seed"}, float(number))
+
+
+@pytest.mark.parametrize("number", [2**63 - 1, -(2**63)])
+def test_a_number_that_an_answer_can_hold_stays_whole(number):
+    question = asked_first(EXPLORE)
+    question["controls"]["seed"] = number
+    held = read(EXPLORE, question).controls["seed"]
+    assert (type(held), held) == (int, number)
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.NAME)
 @pytest.mark.parametrize("search", ["", "?", "?xi=0.5&xi=0.6", "?nonsense", "?function=1&self=2&func=3&data=x", "no"])
 def test_every_page_is_laid_out_for_any_link(post, page, search):
@@ -141,6 +162,7 @@ WRONG = {
     "a control that there is not": ("controls", {"controls": {"gamma_ray": 1}}),
     "a control in a list": ("controls[...]", {"controls": {"alpha": [1]}}),
     "a control that is true": ("controls[...]", {"controls": {"alpha": True}}),
+    "a number too long": ("controls.alpha", {"controls": {"alpha": 10**400}}),
     "a text too long": ("controls.alpha", {"controls": {"alpha": "1" * (TEXT_LIMIT + 1)}}),
     "poles too long": ("controls.pole", {"controls": {"pole": "1" * (TEXT_LIMITS["pole"] + 1)}}),
     "a reading too long": ("controls.reading", {"controls": {"reading": "1" * (TEXT_LIMITS["reading"] + 1)}}),
@@ -185,7 +207,7 @@ def test_an_address_that_cannot_be_is_refused(post, place, value, field):
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(max_size=10)
-    | st.sampled_from(["explore-request", "data", "alpha", "..", "x" * 700, 10**400, -1]),
+    | st.sampled_from(["explore-request", "data", "alpha", "..", "x" * 700, 10**400, 2**63, -(10**20), -1]),
     lambda deeper: st.lists(deeper, max_size=3) | st.dictionaries(st.text(max_size=5), deeper, max_size=3),
     max_leaves=6,
 )  # fmt: skip
