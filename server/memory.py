@@ -6,7 +6,7 @@ import contextlib
 import ctypes
 import gc
 
-YOUNG, MIDDLE, OLD = 20_000, 20, 20
+YOUNG, MIDDLE, OLD = 20_000, 10, 10
 """An answer makes thousands of values and lets go of all of them: with Python's 700, the collector looks through them
 several times while it is being made."""
 
@@ -27,5 +27,8 @@ def share() -> None:
 
 def settle() -> None:
     """What is here now stays: look at it no more, and less often at what is new."""
+    gc.collect()
     gc.freeze()
     gc.set_threshold(YOUNG, MIDDLE, OLD)
+    # Old values are looked through once there are a quarter more than were left the last time: of those to look at.
+    gc.collect()

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Response, expect, sync_playwright
 
 from benchmarks.serving import launch, server, settle
 
@@ -50,13 +50,59 @@ def webgl(chromium: Callable[..., Browser]) -> Browser:
     return chromium(webgl=True)
 
 
-@pytest.fixture
-def open_page(browser: Browser, port: int) -> Iterator[Callable[..., Page]]:
-    """Opens pages, each in a browser context of its own, and waits until they have drawn everything.
+class Tab:
+    """A page, and what it complained of.
 
-    What has to be there before the page loads is done by `first`; the status `refused` is an answer and no fault.
+    Args:
+        context: of its own.
+        refused: a status that is an answer and no fault.
     """
-    contexts, complaints = [], []
+
+    def __init__(self, context: BrowserContext, refused: int = 0) -> None:
+        context.set_default_timeout(PATIENCE)
+        self.page = context.new_page()
+        self.complaints: list[str] = []
+        self._refused = refused
+        self.page.on("console", self._hear)
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("response", self._look)
+
+    def _hear(self, message: ConsoleMessage) -> None:
+        # The browser says itself that a request was refused.
+        if message.type == "error" and f"status of {self._refused} " not in message.text:
+            self.complaints.append(message.text)
+
+    def _look(self, response: Response) -> None:
+        if response.status >= 400 and response.status != self._refused:
+            self.complaints.append(f"{response.status} {response.url}")
+
+    def renew(self, origin: str) -> None:
+        """As if nobody had been here."""
+        self.page.unroute_all(behavior="ignoreErrors")
+        self.page.goto(f"{origin}/livez")
+        self.page.evaluate("() => { localStorage.clear(); sessionStorage.clear(); }")
+        self.page.mouse.move(0, 0)
+
+    def leave(self) -> None:
+        """End what runs in the page."""
+        self.page.goto("about:blank")
+
+
+@pytest.fixture(scope="session")
+def idle_tabs() -> list[Tab]:
+    """Pages of the usual browser that no test uses now: they know the scripts, so they start in half the time."""
+    return []
+
+
+@pytest.fixture
+def open_page(browser: Browser, port: int, idle_tabs: list[Tab]) -> Iterator[Callable[..., Page]]:
+    """Opens pages that nobody has used, and waits until they have drawn everything.
+
+    What has to be there before the page loads is done by `first`; the status `refused` is an answer and no fault. A
+    page with anything unusual about it has a browser context that goes with it.
+    """
+    usual: list[Tab] = []
+    unusual: list[Tab] = []
 
     def open_one(
         query: str = "",
@@ -69,34 +115,36 @@ def open_page(browser: Browser, port: int) -> Iterator[Callable[..., Page]]:
         refused: int = 0,
         **more: Any,
     ) -> Page:
+        origin = f"http://127.0.0.1:{at}"
         # Half the pixels are drawn in less time, and where things stand does not depend on them; what colour they have
         # in a scene does.
-        options = {"color_scheme": theme, "device_scale_factor": 0.5 if using is browser else 1, **more}
-        context = using.new_context(viewport={"width": size[0], "height": size[1]}, **options)
-        context.set_default_timeout(PATIENCE)
-        contexts.append(context)
-        page = context.new_page()
-        told = f"status of {refused} " if refused else None
-        page.on(
-            "console",
-            lambda said: (
-                complaints.append(said.text) if said.type == "error" and not (told and told in said.text) else None
-            ),
-        )
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on(
-            "response",
-            lambda r: complaints.append(f"{r.status} {r.url}") if r.status >= 400 and r.status != refused else None,
-        )
+        options = {"device_scale_factor": 0.5 if using is browser else 1, **more}
+        is_usual = using is browser and first is None and not refused and not more
+        if is_usual and idle_tabs:
+            tab = idle_tabs.pop()
+            tab.renew(origin)
+        else:
+            tab = Tab(using.new_context(**options), refused)
+        (usual if is_usual else unusual).append(tab)
+        tab.page.set_viewport_size({"width": size[0], "height": size[1]})
+        tab.page.emulate_media(color_scheme=theme)
         if first is not None:
-            first(page)
-        page.goto(f"http://127.0.0.1:{at}/{query}")
-        settle(page)
-        return page
+            first(tab.page)
+        tab.page.goto(f"{origin}/{query}")
+        settle(tab.page)
+        return tab.page
 
     yield open_one
-    for context in contexts:
-        context.close()
+    for tab in unusual:
+        tab.page.context.close()
+    for tab in usual:
+        tab.leave()
+    complaints = [said for tab in (*usual, *unusual) for said in tab.complaints]
+    if complaints:
+        for tab in usual:
+            tab.page.context.close()
+    else:
+        idle_tabs.extend(usual)
     assert complaints == []
 
 

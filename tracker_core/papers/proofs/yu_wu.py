@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 
@@ -22,7 +23,6 @@ from tracker_core.papers.proofs.common import (
     plane,
     pole_list,
     pole_series,
-    power,
     results,
 )
 from tracker_core.poles import poles
@@ -183,24 +183,27 @@ def _range(values: Iterable[float]) -> tuple[str, str]:
 def misprints() -> Proof:
     """Eq. 6 and eq. 8 as printed leave no stable gains."""
     sets = _sets(3, "triangle")
-    blind, delayed = (np.array([step(g) for g in sets]) for step in (_eq6_as_printed, _eq8_as_printed))
+    blind, delayed = (
+        np.array([step(g) for g in sets], dtype=np.float64) for step in (_eq6_as_printed, _eq8_as_printed)
+    )
     eigenvalues = {"6": np.linalg.eigvals(blind), "8": np.linalg.eigvals(delayed)}
     least = {name: float(np.abs(values).max(axis=1).min()) for name, values in eigenvalues.items()}
     products = np.abs(eigenvalues["6"]).prod(axis=1)
-    at_minus_one = np.linalg.det(delayed + np.eye(4))
+    exact = (_eq8_as_printed(np.array([Fraction(gain) for gain in g])) for g in sets)
+    at_minus_one = max(abs(_determinant((step + np.eye(4, dtype=int)).tolist())) for step in exact)
     return Proof(
         "eigenvalues of the recursion with eq. 6, and with eq. 8, as printed, over the 64 sets with β < 4 − 2α",
         (
             ("sets that are stable as the equations are meant", f"{int(stable(sets).sum())} of 64"),
             ("eq. 6: product of all poles (1 − α if x_o is meant)", plain(float(products.mean()), 6)),
             ("eq. 6: smallest of the largest poles", plain(least["6"], 4)),
-            ("eq. 8: greatest |det(A + I)|, zero where −1 is a pole", power(float(np.abs(at_minus_one).max()))),
+            ("eq. 8: greatest |det(A + I)| in fractions, zero where −1 is a pole", str(at_minus_one)),
             ("eq. 8: smallest of the largest poles", plain(least["8"], 4)),
         ),
         holds=bool(stable(sets).all())
         and np.allclose(products, 1)
         and least["6"] > 1
-        and float(np.abs(at_minus_one).max()) < 1e-12
+        and at_minus_one == 0
         and least["8"] > 1 - 1e-9,
         chart=plane(
             "Poles of the 64 sets",
@@ -217,10 +220,25 @@ def _eq6_as_printed(g: FloatArray) -> FloatArray:
 
 
 def _eq8_as_printed(g: FloatArray) -> FloatArray:
-    """a_s(k) = a_p(k-1) + ...: the state is x_s, v_s, a_s and the a_p before, which eq. 5 makes the a_s before that."""
-    predict = np.array([[1, 1, 0.5, 0], [0, 1, 1, 0], [0, 0, 0, 1]])
+    """a_s(k) = a_p(k-1) + ...: the state is x_s, v_s, a_s and the a_p before, which eq. 5 makes the a_s before that.
+
+    Exact for gains that are fractions.
+    """
+    predict = np.array([[1, 1, Fraction(1, 2), 0], [0, 1, 1, 0], [0, 0, 0, 1]])
     corrected = predict - np.outer(g, predict[0])
     return np.vstack((corrected, [0, 0, 1, 0]))
+
+
+def _determinant(rows: list[list[Fraction]]) -> Fraction:
+    """By the first row; of a few rows."""
+    if not rows:
+        return Fraction(1)
+    first, *others = rows
+    minors = ([row[:i] + row[i + 1 :] for row in others] for i in range(len(first)))
+    return sum(
+        ((-1) ** i * entry * _determinant(minor) for i, (entry, minor) in enumerate(zip(first, minors, strict=True))),
+        Fraction(0),
+    )
 
 
 def manoeuvre() -> Proof:
