@@ -76,16 +76,17 @@ class Tab:
         if response.status >= 400 and response.status != self._refused:
             self.complaints.append(f"{response.status} {response.url}")
 
-    def renew(self, origin: str) -> None:
-        """As if nobody had been here."""
+    def leave(self, origin: str) -> None:
+        """End what runs in the page; an address of the same site leaves it to the process that knows the scripts."""
         self.page.unroute_all(behavior="ignoreErrors")
         self.page.goto(f"{origin}/livez")
+
+    def forget(self, origin: str) -> None:
+        """Have nothing stored, as if nobody had been here."""
+        self.leave(origin)
+        self.complaints.clear()
         self.page.evaluate("() => { localStorage.clear(); sessionStorage.clear(); }")
         self.page.mouse.move(0, 0)
-
-    def leave(self) -> None:
-        """End what runs in the page."""
-        self.page.goto("about:blank")
 
 
 @pytest.fixture(scope="session")
@@ -122,7 +123,7 @@ def open_page(browser: Browser, port: int, idle_tabs: list[Tab]) -> Iterator[Cal
         is_usual = using is browser and first is None and not refused and not more
         if is_usual and idle_tabs:
             tab = idle_tabs.pop()
-            tab.renew(origin)
+            tab.forget(origin)
         else:
             tab = Tab(using.new_context(**options), refused)
         (usual if is_usual else unusual).append(tab)
@@ -137,14 +138,13 @@ def open_page(browser: Browser, port: int, idle_tabs: list[Tab]) -> Iterator[Cal
     yield open_one
     for tab in unusual:
         tab.page.context.close()
-    for tab in usual:
-        tab.leave()
     complaints = [said for tab in (*usual, *unusual) for said in tab.complaints]
-    if complaints:
-        for tab in usual:
+    for tab in usual:
+        if complaints or tab.page.is_closed():
             tab.page.context.close()
-    else:
-        idle_tabs.extend(usual)
+        else:
+            tab.leave(f"http://127.0.0.1:{port}")
+            idle_tabs.append(tab)
     assert complaints == []
 
 
