@@ -6,7 +6,7 @@ import contextlib
 import ctypes
 import gc
 
-YOUNG, MIDDLE, OLD = 20_000, 10, 10
+YOUNG, MIDDLE, OLD = 20_000, 10, 5
 """An answer makes thousands of values and lets go of all of them: with Python's 700, the collector looks through them
 several times while it is being made."""
 

@@ -28,8 +28,8 @@ CONFIDENCE = 0.95
 PARTS = 30
 """Medians of as many parts of the time make a line: neighbouring samples say the same."""
 
-EVERY = 1.0
-"""Seconds from sample to sample."""
+PACE, EVERY = 1.0, 1.0
+"""Seconds from one action of a user to the next, and from sample to sample."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,8 @@ class Long:
 
     Attributes:
         minutes: that are measured.
-        warming: minutes before.
+        warming: minutes before, in which all of them act at twice the pace: what is remembered has bounds, and comes to
+            them sooner.
         users: of all pages.
         watchers: of the page with the scene in three dimensions.
         quiet: seconds after which a server has closed everything that its users have left.
@@ -69,9 +70,9 @@ def trial(short: bool = False, long: Long | None = None) -> Iterator[Finding]:
 
 
 async def _stay(port: int, server: psutil.Process, plan: Long) -> list[Finding]:
-    await _crowded(port, server, plan, plan.warming * 60, seed=1)
+    await _crowded(port, server, plan, plan.warming * 60, seed=1, pace=PACE / 2)
     before = await _open_files(server, 0, plan.quiet)
-    memory, tally = await _crowded(port, server, plan, plan.minutes * 60, seed=2)
+    memory, tally = await _crowded(port, server, plan, plan.minutes * 60, seed=2, pace=PACE)
     after = await _open_files(server, before, plan.quiet)
     _, late, _ = percentiles(seconds for found in tally.seconds.values() for seconds in found)
     # What came later is still filling its memories.
@@ -113,13 +114,13 @@ async def _open_files(server: psutil.Process, enough: int, quiet: float) -> int:
 
 
 async def _crowded(
-    port: int, server: psutil.Process, plan: Long, seconds: float, seed: int
+    port: int, server: psutil.Process, plan: Long, seconds: float, seed: int, pace: float
 ) -> tuple[dict[str, Samples], Tally]:
     """Hours and megabytes of every process, sample by sample, and what the users saw."""
     found: defaultdict[str, Samples] = defaultdict(list)
     async with contextlib.AsyncExitStack() as stack:
-        tally = await stack.enter_async_context(crowd(port, plan.users, 1.0, 4.0, seed))
-        watching = await stack.enter_async_context(crowd(port, plan.watchers, 1.0, 4.0, seed + 100, ("track",)))
+        tally = await stack.enter_async_context(crowd(port, plan.users, pace, 4.0, seed))
+        watching = await stack.enter_async_context(crowd(port, plan.watchers, pace, 4.0, seed + 100, ("track",)))
         # Nothing is to be started for the first time later.
         await watching.reached(2 * plan.watchers)
         begun = time.monotonic()

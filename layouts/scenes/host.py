@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import gc
 import secrets
 import threading
 import time
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING
 from fastapi import FastAPI
 
 from layouts.scenes import proxy
+from layouts.scenes.parting import forget_traces, let_go
 from layouts.scenes.pictures import Drawing, Picture, RegionPicture
 from layouts.scenes.region import RegionScene
 from layouts.scenes.sessions import TOKEN, RefusedError, Session, Stats
@@ -41,14 +41,6 @@ LIFETIME = 6 * 3600.0
 """Seconds for which a picture is remembered."""
 
 
-SWEPT = 32
-"""Connections that have ended, after which the collector looks for what is left of them.
-
-What viser keeps of one is held by cycles alone, and most of it, half a megabyte of compressor and drawing, is nothing
-that the collector counts.
-"""
-
-
 class Scenes:
     """A scene for each browser.
 
@@ -67,7 +59,6 @@ class Scenes:
         self._sessions: dict[str, Session] = {}
         self._waiting: set[Session] = set()
         self._asleep: OrderedDict[str, None] = OrderedDict()
-        self._ended = 0
 
     def attach(self, server: FastAPI) -> None:
         """Add the routes; before any route that catches all addresses."""
@@ -168,9 +159,7 @@ class Scenes:
         for session in sessions:
             if session.client is client:
                 session.client = session.scene = None
-        self._ended += 1
-        if self._ended % SWEPT == 0:
-            gc.collect()
+        let_go(client)
 
     def _with_key(self, key: str) -> Session | None:
         with self._lock:
@@ -234,6 +223,7 @@ def _start() -> viser.ViserServer:
 
     # viser prints where it listens and when it stops, whatever it is told.
     rich.reconfigure(quiet=True)
+    forget_traces()
     return Loopback(host="127.0.0.1", port=0, verbose=False)
 
 

@@ -5,6 +5,7 @@ A real server and real sockets, whose browsers speak viser's protocol as far as 
 
 import asyncio
 import contextlib
+import gc
 import re
 import secrets
 import time
@@ -449,6 +450,32 @@ def test_nothing_stays_behind(port, scenes):
         assert set(viser.scene._handle_from_node_name) == {"/WorldAxes"}
 
     run(look())
+
+
+def test_what_is_heavy_goes_without_the_collector(port, scenes):
+    def heavy():
+        """What holds compressors, and what holds points, beside what was there before."""
+        things = [thing for thing in gc.get_objects() if id(thing) not in known]
+        senders = [thing for thing in things if getattr(thing, "__qualname__", "") == "_message_producer"]
+        return len(senders), sum(type(thing).__name__ in {"LineSegmentsProps", "MeshProps"} for thing in things)
+
+    async def look():
+        for _ in range(3):
+            token = secrets.token_hex(16)
+            scenes.show(token, track())
+            async with scene(port, token) as socket:
+                await View().until(socket, lambda view: "/truth" in view.nodes)
+                assert min(heavy()) > 0
+        await eventually(lambda: heavy() == (0, 0))
+
+    scenes.port()
+    gc.collect()
+    known = {id(thing) for thing in gc.get_objects()}
+    gc.disable()
+    try:
+        run(look())
+    finally:
+        gc.enable()
 
 
 def test_pictures_are_forgotten_in_time_and_beyond_a_number(monkeypatch):
