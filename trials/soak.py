@@ -46,7 +46,7 @@ class Long:
     """
 
     minutes: float = 30.0
-    warming: float = 10.0
+    warming: float = 20.0
     users: int = 50
     watchers: int = 20
     quiet: float = 20.0
