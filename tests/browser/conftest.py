@@ -56,9 +56,11 @@ class Tab:
     Args:
         context: of its own.
         refused: a status that is an answer and no fault.
+        is_usual: whether there is nothing about it that the next test would not expect.
     """
 
-    def __init__(self, context: BrowserContext, refused: int = 0) -> None:
+    def __init__(self, context: BrowserContext, refused: int, *, is_usual: bool) -> None:
+        self.is_usual = is_usual
         context.set_default_timeout(PATIENCE)
         self.page = context.new_page()
         self.complaints: list[str] = []
@@ -102,8 +104,7 @@ def open_page(browser: Browser, port: int, idle_tabs: list[Tab]) -> Iterator[Cal
     What has to be there before the page loads is done by `first`; the status `refused` is an answer and no fault. A
     page with anything unusual about it has a browser context that goes with it.
     """
-    usual: list[Tab] = []
-    unusual: list[Tab] = []
+    tabs: list[Tab] = []
 
     def open_one(
         query: str = "",
@@ -125,8 +126,8 @@ def open_page(browser: Browser, port: int, idle_tabs: list[Tab]) -> Iterator[Cal
             tab = idle_tabs.pop()
             tab.forget(origin)
         else:
-            tab = Tab(using.new_context(**options), refused)
-        (usual if is_usual else unusual).append(tab)
+            tab = Tab(using.new_context(**options), refused, is_usual=is_usual)
+        tabs.append(tab)
         tab.page.set_viewport_size({"width": size[0], "height": size[1]})
         tab.page.emulate_media(color_scheme=theme)
         if first is not None:
@@ -136,15 +137,13 @@ def open_page(browser: Browser, port: int, idle_tabs: list[Tab]) -> Iterator[Cal
         return tab.page
 
     yield open_one
-    for tab in unusual:
-        tab.page.context.close()
-    complaints = [said for tab in (*usual, *unusual) for said in tab.complaints]
-    for tab in usual:
-        if complaints or tab.page.is_closed():
-            tab.page.context.close()
-        else:
+    for tab in tabs:
+        if tab.is_usual and not tab.page.is_closed():
             tab.leave(f"http://127.0.0.1:{port}")
             idle_tabs.append(tab)
+        else:
+            tab.page.context.close()
+    complaints = [said for tab in tabs for said in tab.complaints]
     assert complaints == []
 
 

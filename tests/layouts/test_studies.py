@@ -12,6 +12,7 @@ from fastapi import FastAPI
 from layouts import studies
 from layouts.studies import AT_ONCE, REMEMBERED, Studies
 from server.sockets import MESSAGE_LIMIT
+from tests.waiting import eventually
 from tracker_core import InputError
 from tracker_core.tuning import Progress
 
@@ -27,14 +28,6 @@ class Gates:
 
     def gate(self, name):
         return self.open.setdefault(name, threading.Event())
-
-    async def begin(self, count):
-        """The names of those that have begun, once there are so many: a page hears that one runs before it does."""
-        for _ in range(100 * WAIT):
-            if len(self.begun) >= count:
-                break
-            await asyncio.sleep(0.01)
-        return sorted(self.begun)
 
 
 @dataclass(frozen=True)
@@ -162,14 +155,16 @@ async def test_a_third_waits_and_hears_its_place(stage):
     assert (await third.until("queued"))["place"] == 1
     fourth.say(seq=1, query="d")
     assert (await fourth.until("queued"))["place"] == 2
-    assert await stage.gates.begin(AT_ONCE) == ["a", "b"]
+    # A page hears that one runs before it does.
+    await eventually(lambda: sorted(stage.gates.begun) == ["a", "b"])
+    assert len(stage.gates.begun) == AT_ONCE
     # One that goes away leaves its place to the next.
     third.close()
     assert (await fourth.until("queued"))["place"] == 1
     stage.gates.gate("a").set()
     await first.until("done")
     await fourth.until("running")
-    assert await stage.gates.begin(AT_ONCE + 1) == ["a", "b", "d"]
+    await eventually(lambda: sorted(stage.gates.begun) == ["a", "b", "d"])
 
 
 @played
@@ -279,11 +274,7 @@ async def test_a_page_that_goes_away_ends_its_study(stage):
     page.close()
     await asyncio.wait_for(page.task, WAIT)
     stage.gates.gate("a").set()
-    for _ in range(100):
-        if stage.gates.closed:
-            break
-        await asyncio.sleep(0.02)
-    assert stage.gates.closed == ["a"]
+    await eventually(lambda: stage.gates.closed == ["a"])
 
 
 @played

@@ -16,6 +16,7 @@ import pytest
 
 from server import apart, child
 from server.apart import Apart
+from tests.waiting import is_running
 from tracker_core import Experiment, InputError
 from tracker_core.checks import POSITIVE
 from tracker_core.tuning import Sweep, base, evaluate
@@ -64,13 +65,6 @@ def made_ready(some):
     """A process that answers; its number."""
     until(lambda: some.submit(os.getpid).result(PATIENCE) != "here")
     return some.submit(os.getpid).result(PATIENCE)
-
-
-def is_running(number):
-    try:
-        return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 import asyncio
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from server import helpers
 from server.helpers import ComputingError, Helpers
 from server.work import NoAnswerError
+from tests.waiting import eventually, is_running
 
 ROOT = Path(__file__).parents[2]
 
@@ -44,6 +46,9 @@ while (asked := question_in(sys.stdin.buffer.read)) is not None:
     else:
         say(True, name.encode() + question)
 """
+
+
+until = partial(eventually, patience=60.0)
 
 
 @pytest.fixture
@@ -82,18 +87,6 @@ async def answered(some, name="pid", question=b""):
 async def until_ready(some, number):
     await answered(some)
     await until(lambda: sum(helper.is_ready for helper in some._helpers) == number)
-
-
-async def until(condition):
-    while not condition():  # noqa: ASYNC110 - nobody tells
-        await asyncio.sleep(0.01)
-
-
-def is_running(number):
-    try:
-        return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 def test_one_is_started_where_it_is_said(hurried, monkeypatch, tmp_path):

@@ -155,7 +155,8 @@ def test_a_name_that_is_none_stops_the_start_with_the_nearest(variable, nearest)
 
 
 def test_names_of_tools_and_of_others_are_let_be():
-    Settings.from_environment({**HERE, "GAINSCOPE_CHROMIUM": "/usr/bin/chromium", "GAIN": "1", "PORT": "no"})
+    others = {"GAINSCOPE_CHROMIUM": "/usr/bin/chromium", "GAIN": "1", "PORT": "no"}
+    assert Settings.from_environment({**HERE, **others}) == Settings.from_environment(HERE)
 
 
 @pytest.mark.parametrize("variable", [*DASH_TOOLS, *(name.lower() for name in DASH_TOOLS)])
@@ -169,7 +170,8 @@ def test_no_tool_of_dash_runs_in_production(variable, text):
 
 @pytest.mark.parametrize("text", ["", "false", "False"])
 def test_a_tool_of_dash_that_is_off_is_no_matter(text):
-    Settings.from_environment({**HERE, **dict.fromkeys(DASH_TOOLS, text)})
+    off = dict.fromkeys(DASH_TOOLS, text)
+    assert Settings.from_environment({**HERE, **off}) == Settings.from_environment(HERE)
 
 
 def test_dash_takes_the_same_words_for_true(monkeypatch):
