@@ -1,0 +1,57 @@
+"""How a process asks for memory, and how soon the collector looks at what has become old."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from server import memory
+
+ROOT = Path(__file__).parents[2]
+
+PROGRAM = """
+import gc
+from server import memory
+
+start = [[] for _ in range(1_000_000)]
+memory.settle()
+looked = gc.get_stats()[2]["collections"]
+lasting = [[] for _ in range({more})]
+print(gc.get_freeze_count() >= len(start), gc.get_stats()[2]["collections"] - looked)
+"""
+
+ALL_OF_IT = (memory.YOUNG + 1) * ((memory.MIDDLE + 2) * (memory.OLD + 1) + 1)
+"""Lasting values after which the collector has looked at everything: it does so the next time after the last of so many
+looks at less, and each of those the next time after so many at the youngest."""
+
+
+@pytest.mark.parametrize(("more", "times"), [(memory.YOUNG // 2, 0), (ALL_OF_IT + memory.YOUNG, 1)])
+def test_how_often_it_looks_depends_on_what_came_after_the_start(more, times):
+    said = subprocess.run(
+        [sys.executable, "-c", PROGRAM.format(more=more)], cwd=ROOT, capture_output=True, check=True, text=True
+    )
+    assert said.stdout.split() == ["True", str(times)]
+
+
+def test_where_the_allocator_has_no_arenas_nothing_happens(monkeypatch):
+    class Other:
+        def __getattr__(self, name):
+            raise AttributeError(name)
+
+    monkeypatch.setattr(memory.ctypes, "CDLL", lambda _: Other())
+    memory.share()
+    assert memory.ARENAS >= 1
+
+
+def test_threads_share_as_many_arenas_as_are_said(monkeypatch):
+    told = []
+
+    class Allocator:
+        def mallopt(self, name, value):
+            told.append((name, value))
+
+    monkeypatch.setattr(memory.ctypes, "CDLL", lambda _: Allocator())
+    memory.share()
+    # M_ARENA_MAX of malloc.h.
+    assert told == [(-8, memory.ARENAS)]
