@@ -35,12 +35,16 @@ def test_how_often_it_looks_depends_on_what_came_after_the_start(more, times):
 
 
 def test_where_the_allocator_has_no_arenas_nothing_happens(monkeypatch):
+    asked = []
+
     class Other:
         def __getattr__(self, name):
+            asked.append(name)
             raise AttributeError(name)
 
     monkeypatch.setattr(memory.ctypes, "CDLL", lambda _: Other())
     memory.share()
+    assert asked == ["mallopt"]
     assert memory.ARENAS >= 1
 
 
