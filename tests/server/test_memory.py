@@ -45,7 +45,6 @@ def test_where_the_allocator_has_no_arenas_nothing_happens(monkeypatch):
     monkeypatch.setattr(memory.ctypes, "CDLL", lambda _: Other())
     memory.share()
     assert asked == ["mallopt"]
-    assert memory.ARENAS >= 1
 
 
 def test_threads_share_as_many_arenas_as_are_said(monkeypatch):
