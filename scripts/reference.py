@@ -45,7 +45,7 @@ def reference() -> str:
                     field.symbol,
                     field.unit,
                     field.sentence,
-                    ", ".join(f"`{choice}`" for choice in field.choices) or field.domain.rule.removeprefix("must be "),
+                    ", ".join(f"`{choice}`" for choice in field.choices) or field.rule.removeprefix("must be "),
                     f"`{_default(DEFAULTS[name])}`" if name in DEFAULTS else "",
                 ]
                 for name, field in FIELDS.items()

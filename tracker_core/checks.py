@@ -140,6 +140,16 @@ class Field:
     domain: Domain = Domain()
     choices: tuple[str, ...] = ()
 
+    @property
+    def rule(self) -> str:
+        """What it admits in words, as a clause after its name."""
+        if self.kind == "choice":
+            return f"must be one of {', '.join(self.choices)}"
+        if self.kind == "text":
+            low, high = f"{self.domain.low:,.0f}", f"{self.domain.high:,.0f}"
+            return f"must be a text of {low} to {high} characters that can be seen"
+        return self.domain.rule
+
     def read(self, name: str, value: Any) -> Any:
         """`value` as this field's type.
 
@@ -157,8 +167,7 @@ class Field:
 
     def _text(self, name: str, value: Any) -> str:
         if not isinstance(value, str) or not value.isprintable() or len(value) not in self.domain:
-            low, high = f"{self.domain.low:,.0f}", f"{self.domain.high:,.0f}"
-            raise InputError(name, f"must be a text of {low} to {high} characters that can be seen", value)
+            raise InputError(name, self.rule, value)
         return value
 
 

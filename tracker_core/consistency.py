@@ -2,11 +2,13 @@
 
 The normalised innovation squared (NIS) needs no truth, the normalised error squared (NEES) does. Both are measured by
 the covariance that the filter's constant gains really have on the model, from the Joseph form, so that they also serve
-gains that are not optimal.
+gains that are not optimal. Innovations of such gains are correlated even if the model is right: an average of NIS then
+tells as much as one of fewer independent values, see `average`.
 """
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from math import exp, inf, lgamma, log, sqrt
@@ -16,7 +18,7 @@ import numpy as np
 
 from tracker_core.checks import POSITIVE, Domain, InputError
 from tracker_core.conventions import Gains
-from tracker_core.gating import INDEX, UNKNOWN, WIDTH, Gate
+from tracker_core.gating import INDEX, WIDTH, Gate
 from tracker_core.motion import transition
 from tracker_core.optimal import distance_from_optimal, process_input
 from tracker_core.responses import steady_covariance
@@ -26,10 +28,6 @@ LEVEL = 0.95
 DEGREES = Domain(1, 1e7)
 LEVELS = Domain(1e-6, 0.999999)
 SQUARE = Domain(0)
-TRACKING_INDEX = Domain(0, 1e6)
-LIBERAL = 30.0
-"""How much wider a gate is at the start than the filter's steady state; of right measurements it then refuses hardly
-more than with any greater number."""
 
 AXES = Domain(1, 1000, whole=True)
 
@@ -41,11 +39,14 @@ class ModelCovariance:
     Attributes:
         predicted, smoothed: of the state before and after the measurement, shape (order, order).
         innovation: variance of the innovation.
+        correlation: sum over all lags from 1 on of the squared autocorrelations of the innovations; 0 for the gains
+            that are optimal on the model.
     """
 
     predicted: FloatArray
     smoothed: FloatArray
     innovation: float
+    correlation: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +73,8 @@ class Consistency:
 def model_covariance(gains: Gains, tracking_index: float) -> ModelCovariance:
     """The covariance that any stable gains have on the model of `tracker_core.optimal`.
 
-    P = (I - K H)(F P F' + Q)(I - K H)' + K K', the Joseph form, which holds for every gain.
+    P = (I - K H)(F P F' + Q)(I - K H)' + K K', the Joseph form, which holds for every gain. Innovations k samples apart
+    have the covariance H F A^(k-1) (P- H' - K S), A = (I - K H) F, S the variance of one (Mehra 1970).
 
     Args:
         gains: any stable set.
@@ -86,7 +88,10 @@ def model_covariance(gains: Gains, tracking_index: float) -> ModelCovariance:
     left = drive - g * drive[0]
     smoothed = steady_covariance(gains, np.outer(left, left) + np.outer(g, g))
     predicted = f @ smoothed @ f.T + np.outer(drive, drive)
-    return ModelCovariance(predicted, smoothed, float(predicted[0, 0]) + 1)
+    innovation = float(predicted[0, 0]) + 1
+    left = predicted[:, 0] - g * innovation
+    squares = f[0] @ steady_covariance(gains, np.outer(left, left)) @ f[0]
+    return ModelCovariance(predicted, smoothed, innovation, float(squares) / innovation**2)
 
 
 def innovation_squared(innovations: FloatArray, variance: float) -> FloatArray:
@@ -105,22 +110,27 @@ def error_squared(errors: FloatArray, covariance: FloatArray) -> FloatArray:
     return (whitened**2).sum(axis=0).reshape(errors.shape[:-1])
 
 
-def average(values: FloatArray, dimension: int, level: float = LEVEL) -> Consistency:
-    """The average of independent values that are chi-square distributed if the model is right.
+def average(values: FloatArray, dimension: int, level: float = LEVEL, correlation: float = 0.0) -> Consistency:
+    """The average of values that are chi-square distributed if the model is right.
+
+    The square of a normal variable that is correlated by r with another one's is correlated by r^2 with that one's
+    square. So the average varies 1 + 2 correlation times as much as that of independent values, and has as many times
+    fewer degrees of freedom.
 
     Args:
-        values: NaN where there is none.
+        values: in the order of time; NaN where there is none.
         dimension: degrees of freedom of one value.
         level: probability of the interval.
+        correlation: sum over all lags from 1 on of the squared autocorrelations of what was squared.
 
     Returns:
         The average, NaN of no values at all, and its interval.
     """
     known = values[~np.isnan(values)]
-    count = max(1, known.size)
-    low, high = chi_square_interval(count * dimension, level)
+    degrees = max(1.0, known.size * dimension / (1 + 2 * correlation))
+    low, high = chi_square_interval(degrees, level)
     mean = float(known.mean()) if known.size else float("nan")
-    return Consistency(mean, low / count, high / count, known.size)
+    return Consistency(mean, low * dimension / degrees, high * dimension / degrees, known.size)
 
 
 def chi_square_interval(degrees: float, level: float = LEVEL) -> tuple[float, float]:
@@ -142,8 +152,7 @@ def default_gate(gains: Gains, sensor_std: tuple[float, ...], interval: float, w
     """A gate that expects of a filter what the model that suits its gains best makes it do.
 
     The model is that of `tracker_core.optimal.distance_from_optimal`; for unstable gains, which none suits, the target
-    keeps its highest derivative. What a start leaves at zero is taken to be LIBERAL times as uncertain as the filter's
-    steady state: were it known no better than UNKNOWN, a smooth filter's gate would stand open for a hundred samples.
+    keeps its highest derivative.
 
     Args:
         gains: of the filter.
@@ -154,13 +163,10 @@ def default_gate(gains: Gains, sensor_std: tuple[float, ...], interval: float, w
     Raises:
         InputError: for a number outside its domain.
     """
-    try:
+    index = 0.0
+    with suppress(InputError):
         index = distance_from_optimal(gains).tracking_index
-        steady = np.sqrt(np.diag(model_covariance(gains, index).smoothed))
-    except InputError:
-        return Gate(width, sensor_std, 0.0, interval)
-    unknown = np.clip(LIBERAL * steady, np.finfo(float).tiny, UNKNOWN)
-    return Gate(width, sensor_std, index, interval, tuple(unknown.tolist()))
+    return Gate(width, sensor_std, index, interval)
 
 
 def reject_probability(width: float, axes: int) -> float:

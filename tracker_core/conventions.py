@@ -58,7 +58,7 @@ class Gains:
     """A gain vector in a stated convention; two, three or four gains make a filter of that order.
 
     Attributes:
-        values: alpha, beta[, gamma[, eta]] as written in `convention`, dimensionless.
+        values: alpha, beta[, gamma[, eta]] as written in `convention`, dimensionless; any sequence of numbers is taken.
         convention: a name in CONVENTIONS.
 
     Raises:
@@ -71,8 +71,9 @@ class Gains:
     def __post_init__(self) -> None:
         if len(self.values) not in ORDERS:
             raise InputError("gains", "must be 2, 3 or 4 numbers", self.values)
-        for name, value in zip(GAIN_NAMES, self.values, strict=False):
-            WRITTEN.check(name, value)
+        # Whatever they came as, they are plain numbers here: equal gains are equal, and can be remembered.
+        values = tuple(WRITTEN.check(name, value) for name, value in zip(GAIN_NAMES, self.values, strict=False))
+        object.__setattr__(self, "values", values)
         check_choice("convention", self.convention, CONVENTIONS)
 
     @classmethod

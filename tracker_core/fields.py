@@ -67,6 +67,6 @@ FIELDS: dict[str, Field] = {
     "xi": Field("ξ", "Fading factor", "", "Weight of the past per sample: near 1 smooth, near 0 responsive.",
                 "number"),
     "tracking_index": Field(
-        "Λ", "Tracking index", "", "Λ = σ_w T²/σ_v: manoeuvre against measurement noise.", "number"),
+        "Λ", "Tracking index", "", "Λ = σ_w T²/σ_v (order 4: T³): manoeuvre against measurement noise.", "number"),
     **adaptive.PARAMETERS,
 }  # fmt: skip

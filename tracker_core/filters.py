@@ -22,6 +22,9 @@ from tracker_core.types import FloatArray, Measurements, Track
 STOP_LIMIT = 1e12
 """The run stops when a smoothed position passes this magnitude, m."""
 
+EVEN = 0.01
+"""Share of a constant interval by which the time between two samples may differ from it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Setting:
@@ -158,10 +161,23 @@ def check_measurements(measurements: Measurements) -> FloatArray:
     if not np.isfinite(times).all():
         raise InputError("times", "must be finite", "an infinite or missing time")
     if measurements.interval is not None:
-        POSITIVE.check("interval", measurements.interval)
+        _check_even(times, POSITIVE.check("interval", measurements.interval))
     else:
         intervals_of(times)
     return z
+
+
+def _check_even(times: FloatArray, interval: float) -> None:
+    """Refuse times that say otherwise than the interval."""
+    steps = np.diff(times)
+    # Stamps far from zero are rounded.
+    wrong = np.abs(steps - interval) > EVEN * interval + 4 * np.spacing(np.abs(times[1:]))
+    if wrong.any():
+        raise InputError(
+            "times",
+            f"must follow each other by the interval, {interval:g} s, where one is given",
+            f"{float(steps[wrong][0])} s between two",
+        )
 
 
 def check_start(start: str, order: int, initial_state: FloatArray | None, axes: int) -> None:

@@ -14,9 +14,17 @@ Where the interval t differs from that of the tracking index, T, the model's noi
 velocity (order 2, G = [t^2/2, t] w, variance of w times T/t), of the acceleration (order 3, G = [t^2/2, t, 1] w) or of
 the jerk (order 4, G = [t^3/6, t^2/2, t, 1] w, variance of w times t/T).
 
-The start. A derivative that the first measurements give has their least squares covariance; one that the start leaves
-at zero is unknown, with a standard deviation of UNKNOWN sensor_std/T^i or less, see `Gate.unknown`; a given state has
-no error. The gate watches from the first sample that every axis predicts, while an expanding memory still grows too.
+The start. A given state has no error, and the gate watches from the first sample on. Else it watches once every axis
+has had as many measurements as it has states, while an expanding memory still grows too. What they give of the state
+has their least squares covariance. A filter that began with fewer, and took a derivative for zero, may be wrong by any
+amount, whatever its sensor and its gains are. How wrong it is, its measurements tell: least squares over all of them
+goes on beside it until its position gain has fallen to alpha, as in an expanding memory, and gives a state x_l with a
+covariance P_l. With x the state of the filter, at the prediction
+
+    S = sensor_std^2 (P_l[0, 0] + 1) + (x_l[0] - x[0])^2
+
+and at the end P = P_l + (x_l - x)(x_l - x)'/sensor_std^2, which the filter forgets from then on as it forgets how it
+was started. So the gate is as wide for a fast target as its start is wrong, and no wider for a slow one.
 
 A track that is wrong itself, after a jump of the target or by an outlier among the first samples, must be able to find
 its way back. While nothing is believed P grows by the model alone, which after a large jump takes thousands of samples.
@@ -27,17 +35,18 @@ taken for its error. P forgets this as the filter forgets its state, and the gat
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
 from tracker_core.checks import POSITIVE, Domain, InputError
-from tracker_core.starts import begin_axis
-from tracker_core.types import BoolArray, FloatArray, IntArray
+from tracker_core.design.steady_kalman import time_power
+from tracker_core.starts import begin_axis, first_polynomial
+from tracker_core.types import BoolArray, FloatArray
 
 WIDTH = Domain(1, 100)
 INDEX = Domain(0, 1e6)
 
-UNKNOWN = 10.0
 PATIENCE = 3
 DOUBT = 4.0
 
@@ -47,12 +56,11 @@ class Gate:
     """Which innovations are believed.
 
     Attributes:
-        width: the greatest normalised innovation that is believed, in standard deviations, 1 to 100.
+        width: the greatest normalised innovation that is believed, in standard deviations, 1 to 100; infinite to
+            refuse nothing, where the spread alone is wanted.
         sensor_std: standard deviation of the measurements, m, > 0; one number, or one per axis.
         tracking_index: of the model on which the innovation's covariance is taken, 0 to a million.
         interval: that the tracking index belongs to, s, > 0.
-        unknown: standard deviation of each derivative i that a start leaves at zero, in sensor_std/T^i, > 0, one for
-            every state; empty for UNKNOWN of each.
 
     Raises:
         InputError: for a number outside its domain.
@@ -62,28 +70,16 @@ class Gate:
     sensor_std: tuple[float, ...]
     tracking_index: float
     interval: float
-    unknown: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        WIDTH.check("width", self.width)
+        if self.width != inf:
+            WIDTH.check("width", self.width)
         if not self.sensor_std:
             raise InputError("sensor_std", "must be one number, or one per axis", self.sensor_std)
         for value in self.sensor_std:
             POSITIVE.check("sensor_std", value)
         INDEX.check("tracking_index", self.tracking_index)
         POSITIVE.check("interval", self.interval)
-        for value in self.unknown:
-            POSITIVE.check("unknown", value)
-
-    def unknown_stds(self, order: int) -> tuple[float, ...]:
-        """`unknown` for a filter of an order.
-
-        Raises:
-            InputError: where there is another number of them.
-        """
-        if self.unknown and len(self.unknown) != order:
-            raise InputError("unknown", f"must be {order} numbers, or none", self.unknown)
-        return self.unknown or (UNKNOWN,) * order
 
     def stds(self, axes: int) -> tuple[float, ...]:
         """The standard deviation of every axis.
@@ -100,7 +96,7 @@ class Gate:
 
         In 1/s^4, for order 4 in 1/s^6.
         """
-        return (self.tracking_index / self.interval ** (3 if order == 4 else 2)) ** 2
+        return (self.tracking_index / self.interval ** time_power(order)) ** 2
 
 
 def gated_run(
@@ -125,8 +121,8 @@ def gated_run(
         predicted, smoothed: shape (n_axes, n_samples, order), filled in up to the sample of a stop.
 
     Returns:
-        The sample at which the run stopped, n_samples if it did not; the spread, shape (n_axes, n_samples); and what
-        was rejected, shape (n_samples,).
+        The sample at which the run stopped, n_samples if it did not; the spread, shape (n_axes, n_samples), NaN until
+        an axis has had as many measurements as it has states; and what was rejected, shape (n_samples,).
 
     Raises:
         InputError: for a number of standard deviations that does not suit the axes, and when an axis has fewer
@@ -140,17 +136,24 @@ def gated_run(
         begin_axis(start, columns[axis], dt, g, None if given is None else given[axis], predicted[axis], smoothed[axis])
         for axis in range(axes)
     ]
-    begins: IntArray = np.array([first.begin for first in firsts], dtype=np.int64)
+    # What its first measurements say of an axis that began with fewer.
+    beside = [start != "known" and len(first.weights) < len(g) for first in firsts]
+    guides = [
+        first_polynomial(columns[axis], dt, len(g)) if beside[axis] else first for axis, first in enumerate(firsts)
+    ]
     spread, rejected = np.full((axes, samples), np.nan), np.zeros(samples, dtype=np.bool_)
     stop = kernels.gated_track(
         columns,
         dt,
         g,
         np.array([first.state for first in firsts]),
-        begins,
+        np.array([first.begin for first in firsts], dtype=np.int64),
         np.array([first.growing for first in firsts]),
-        np.array([first.covariance() for first in firsts]),
-        np.array([_uncertainty(first.covariance(), len(first.weights), start, gate) for first in firsts]),
+        np.array([guide.state for guide in guides]),
+        np.array([guide.begin for guide in guides], dtype=np.int64),
+        np.array(beside),
+        np.array([guide.covariance() for guide in guides]),
+        np.array([guide.covariance() for guide in guides]),
         sensor,
         float(gate.width),
         gate.noise_variance(len(g)),
@@ -164,12 +167,3 @@ def gated_run(
         rejected,
     )
     return int(stop), spread, rejected
-
-
-def _uncertainty(covariance: FloatArray, points: int, start: str, gate: Gate) -> FloatArray:
-    """The covariance of a state's errors with what its first measurements do not give."""
-    if start != "known":
-        stds = gate.unknown_stds(len(covariance))
-        for i in range(points, len(covariance)):
-            covariance[i, i] = (stds[i] / gate.interval**i) ** 2
-    return covariance

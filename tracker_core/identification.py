@@ -17,7 +17,7 @@ import numpy as np
 
 from tracker_core.consistency import chi_square_quantile
 from tracker_core.design.kalata import TRACKING_INDEX
-from tracker_core.design.steady_kalman import optimal_gains
+from tracker_core.design.steady_kalman import optimal_gains, time_power
 from tracker_core.likelihood import EXACT, HIGHEST, LOWEST, Likelihood, likelihood
 from tracker_core.types import BoolArray, FloatArray, Measurements
 
@@ -150,7 +150,7 @@ def fitted(model: Likelihood, start: float | None = None, *, crowded: bool = Fal
             TRACKING_INDEX.high if high is None else _index(high),
         )
     std = np.where(live, model.sensor_std(index), 0.0)
-    process = index * std / model.interval ** (2 if model.order < 4 else 3)
+    process = index * std / model.interval ** time_power(model.order)
     count, parameters = int(model.counts()[live].sum()), int(live.sum()) + 1
     set_aside = np.zeros(len(model.rows), dtype=bool)
     set_aside[model.rows] = ~model.used

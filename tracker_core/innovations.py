@@ -13,7 +13,7 @@ from math import ceil, hypot, log, sqrt
 import numpy as np
 
 from tracker_core.checks import POSITIVE, Domain, InputError
-from tracker_core.consistency import Consistency, average, innovation_squared, model_covariance
+from tracker_core.consistency import Consistency, ModelCovariance, average, innovation_squared, model_covariance
 from tracker_core.conventions import Gains
 from tracker_core.metrics import Metric, distances
 from tracker_core.poles import poles
@@ -61,7 +61,8 @@ class Evidence:
         rmse, greatest: of their lengths, m.
         bias: length of their mean after the start, m; of one axis with its sign.
         bias_error: its standard error, m, which minds that innovations may be correlated.
-        nis: average of the normalised innovation squared after the start, and where it lies if the model is right.
+        nis: average of the normalised innovation squared after the start, and where it lies if the model is right;
+            that its gains make the innovations correlated all the same is allowed for.
         whiteness: of the innovations after the start.
         smoothness: root mean square acceleration along the smoothed positions, m/s^2.
         roughness: the same along the measured positions of the same samples.
@@ -132,18 +133,24 @@ def examine(
     begin = _settled(gains, samples) if skip is None else int(SKIP.check("skip", skip))
     late = innovation[begin:]
     lags = None if lags is None else int(LAGS.check("lags", lags))
-    if spread is None:
-        level, normalised = late, _normalised(late, gains, sensor_std, tracking_index)
-    else:
+    model = _model(gains, sensor_std, tracking_index, count)
+    level, normalised = late, None
+    if spread is not None:
         level = late / spread[begin:]
         normalised = level**2
+    elif model is not None and sensor_std is not None:
+        normalised = innovation_squared(late, model.innovation) / np.square(sensor_std)
+    correlation = 0.0 if model is None else model.correlation
     observed = np.where(rejected[:, None], np.nan, measurements.positions)
     paths = _accelerations(measurements, track.smoothed[:, :, 0], observed)
 
     def evidence(axes: slice, white: Whiteness | None, parts: tuple[Evidence, ...]) -> Evidence:
         lengths = distances(innovation[:, axes])
         lengths = lengths[~np.isnan(lengths)]
-        nis = None if normalised is None else average(normalised[:, axes].sum(axis=1), len(range(count)[axes]))
+        nis = None
+        if normalised is not None:
+            squares = normalised[:, axes].sum(axis=1)
+            nis = average(squares, len(range(count)[axes]), correlation=correlation)
         path, raw = (_rms(distances(accelerations[:, axes])) for accelerations in paths)
         measured = ~np.isnan(measurements.positions[:, axes]).all(axis=1)
         bias, error = mean_and_error(late[:, axes.start], lags) if not parts else _joint_mean(parts)
@@ -184,23 +191,22 @@ def _settled(gains: Gains, samples: int) -> int:
     return min(fifth, ceil(log(_REST) / log(slowest)) if slowest > 0 else gains.order)
 
 
-def _normalised(
-    innovation: FloatArray, gains: Gains, sensor_std: tuple[float, ...] | None, tracking_index: float | None
-) -> FloatArray | None:
-    """Innovations squared over their variance on the model; None where there is none."""
+def _model(
+    gains: Gains, sensor_std: tuple[float, ...] | None, tracking_index: float | None, axes: int
+) -> ModelCovariance | None:
+    """What the gains make of the model; None where there is none, or where they are not stable."""
     if sensor_std is None or tracking_index is None or 0 in sensor_std:
         return None
-    count = innovation.shape[1]
-    if len(sensor_std) not in {1, count}:
-        raise InputError("sensor_std", f"must be one number, or {count}", sensor_std)
-    squares = np.array([POSITIVE.check("sensor_std", std) for std in sensor_std]) ** 2
+    if len(sensor_std) not in {1, axes}:
+        raise InputError("sensor_std", f"must be one number, or {axes}", sensor_std)
+    for std in sensor_std:
+        POSITIVE.check("sensor_std", std)
     try:
-        variance = model_covariance(gains, tracking_index).innovation
+        return model_covariance(gains, tracking_index)
     except InputError as error:
         if error.field == "gains":
             return None
         raise
-    return innovation_squared(innovation, variance) / squares
 
 
 def _accelerations(measurements: Measurements, *paths: FloatArray) -> list[FloatArray]:

@@ -31,6 +31,8 @@ class Manoeuvre:
         formula: G and w as they are printed; empty where nothing manoeuvres.
         unit: SI symbol of w; empty where nothing manoeuvres.
         input_vector: G as a function of T in s: what w = 1 adds to position, velocity and acceleration.
+        held: which derivative of the position w is, for the interval over which it acts: 2 an acceleration, 3 a jerk;
+            None where it is a change of one.
     """
 
     name: str
@@ -38,6 +40,7 @@ class Manoeuvre:
     formula: str
     unit: str
     input_vector: Callable[[float], tuple[float, float, float]]
+    held: int | None = None
 
 
 MANOEUVRES: dict[str, Manoeuvre] = {
@@ -51,6 +54,7 @@ MANOEUVRES: dict[str, Manoeuvre] = {
             "G = (T²/2, T, 0), w an acceleration",
             "m/s²",
             lambda t: (t**2 / 2, t, 0.0),
+            held=2,
         ),
         # An acceleration that stays: Yu & Wu, eq. 2.
         Manoeuvre(
@@ -67,6 +71,7 @@ MANOEUVRES: dict[str, Manoeuvre] = {
             "G = (T³/6, T²/2, T), w a jerk",
             "m/s³",
             lambda t: (t**3 / 6, t**2 / 2, t),
+            held=3,
         ),
     )
 }
@@ -76,7 +81,7 @@ def wander(name: str, samples: int, axes: int, interval: float, std: float, seed
     """How far the manoeuvres carry a target from its motion.
 
     The states are the model's after the pulse: the acceleration of "acceleration-pulses" is 0 at every sample,
-    although w(k) acts between two of them, and jerk and snap are 0 throughout.
+    although w(k) acts between two of them, and jerk and snap are 0 throughout: see `held_std`.
 
     Args:
         name: in MANOEUVRES.
@@ -109,6 +114,24 @@ def wander(name: str, samples: int, axes: int, interval: float, std: float, seed
         deviation[:, axis, 1] = velocity
         deviation[:, axis, 2] = acceleration
     return deviation
+
+
+def held_std(name: str, derivative: int, std: float) -> float:
+    """The root mean square over time of what pushes add to a derivative of the position and `wander` does not show.
+
+    Args:
+        name: in MANOEUVRES.
+        derivative: 2 for the acceleration, and so on.
+        std: standard deviation of w, in its unit.
+
+    Returns:
+        That of w, which is this derivative for an interval each; 0 where it is another one, or none.
+
+    Raises:
+        InputError: for an unknown name or a standard deviation outside its domain.
+    """
+    model = MANOEUVRES[check_choice("manoeuvre", name, MANOEUVRES)]
+    return MANOEUVRE_STD.check("manoeuvre_std", std) if model.held == derivative else 0.0
 
 
 def _summed(increments: FloatArray) -> FloatArray:

@@ -22,9 +22,9 @@ MERITS: dict[str, Metric] = {
         "Noise gain, predicted", "", "Variance of the predicted position per variance of the measurements.",
         "P₀₀ of F P Fᵀ"),
     "unit_lag": Metric(
-        "Lag per unit", "m", "How far the smoothed position trails a steady manoeuvre of one unit: 1 m/s² for order 2, "
-        "1 m/s³ for order 3, 1 m/s⁴ for order 4; negative: it leads.",
-        "(1 − α) T^m / g_last, m the order"),
+        "Lag per unit", "m", "How far the smoothed position trails a steady manoeuvre of one unit, or leads it where "
+        "α > 1: 1 m/s² for order 2, 1 m/s³ for order 3, 1 m/s⁴ for order 4.",
+        "|1 − α| T^m / g_last, m the order"),
     "overshoot": Metric(
         "Overshoot", "%", "How far the smoothed position shoots past a step of the measured position.",
         "100 (max response − 1)"),
@@ -63,7 +63,7 @@ def merits(gains: Gains, interval: float) -> dict[str, float | None]:
     vector = gains.vector
     overshoot, settling = (float(value) for value in step_figures(vector))
     figures |= {
-        "unit_lag": float(lag_coefficient(vector)) * interval**gains.order,
+        "unit_lag": abs(float(lag_coefficient(vector))) * interval**gains.order,
         "overshoot": 100 * overshoot,
         "settling": settling * interval,
         "damping": damping_ratio(slowest),

@@ -71,8 +71,8 @@ METRICS: dict[str, Metric] = {
         "100 (1 − estimation RMSE / measurement RMSE)", lower_is_better=False),
     "lag": Metric(
         "Steady lag", "m", "How far the smoothed position would trail a steady manoeuvre as strong as this target's "
-        "(RMS of the first derivative the filter does not model).",
-        "(1 − α) T^m D / g_last, D the RMS m-th derivative of the truth, m the order"),
+        "(RMS of the first derivative the filter does not model), or lead it where α > 1.",
+        "|1 − α| T^m D / g_last, D the RMS m-th derivative of the truth with its random pushes, m the order"),
 }  # fmt: skip
 
 
@@ -110,7 +110,27 @@ def distances(difference: FloatArray) -> FloatArray:
     return np.sqrt(np.einsum("ij,ij->i", difference, difference))
 
 
-def measure(track: Track, measurements: Measurements, truth: Truth | None, gains: Gains, *, stable: bool) -> Metrics:
+def manoeuvre_strength(truth: Truth, order: int, pushes: float = 0.0) -> float:
+    """The root mean square of the first derivative that a filter does not model, over all axes together, m/s^order.
+
+    Args:
+        truth: what the target did; NaN makes it NaN.
+        order: of the filter.
+        pushes: root mean square of what is not in the truth's states, in each axis: see `manoeuvre.held_std`.
+    """
+    manoeuvre = truth.states[:, :, order]
+    return sqrt(float(np.einsum("ij,ij", manoeuvre, manoeuvre)) / len(manoeuvre) + manoeuvre.shape[1] * pushes**2)
+
+
+def measure(
+    track: Track,
+    measurements: Measurements,
+    truth: Truth | None,
+    gains: Gains,
+    *,
+    stable: bool,
+    pushes: float = 0.0,
+) -> Metrics:
     """Joint figures of merit of a track.
 
     What a gate refused does not count among the innovations, but among the errors of the measurements: those of the
@@ -122,12 +142,11 @@ def measure(track: Track, measurements: Measurements, truth: Truth | None, gains
         truth: what was there, or None if nobody knows; error figures are then None.
         gains: of the filter, for the lag.
         stable: whether the gains are stable; there is no lag to speak of where they are not.
+        pushes: as for `manoeuvre_strength`.
     """
     lag = None
     if truth is not None and stable and measurements.interval is not None:
-        manoeuvre = truth.states[:, :, gains.order]
-        rms = sqrt(float(np.einsum("ij,ij", manoeuvre, manoeuvre)) / len(manoeuvre))
-        lag = abs(steady_lag(gains, measurements.interval, rms))
+        lag = abs(steady_lag(gains, measurements.interval, manoeuvre_strength(truth, gains.order, pushes)))
         lag = lag if isfinite(lag) else None
     predicted, smoothed = track.predicted[:, :, 0], track.smoothed[:, :, 0]
     known = None if truth is None else truth.positions
@@ -135,7 +154,13 @@ def measure(track: Track, measurements: Measurements, truth: Truth | None, gains
 
 
 def measure_axes(
-    track: Track, measurements: Measurements, truth: Truth | None, gains: Gains, *, stable: bool
+    track: Track,
+    measurements: Measurements,
+    truth: Truth | None,
+    gains: Gains,
+    *,
+    stable: bool,
+    pushes: float = 0.0,
 ) -> tuple[Metrics, ...]:
     """The same per axis, as if each were a track of its own."""
     return tuple(
@@ -154,6 +179,7 @@ def measure_axes(
             None if truth is None else Truth(truth.times, truth.states[:, [axis]]),
             gains,
             stable=stable,
+            pushes=pushes,
         )
         for axis in range(measurements.positions.shape[1])
     )

@@ -15,7 +15,7 @@ import numpy as np
 from tracker_core.checks import InputError
 from tracker_core.motion import transition
 from tracker_core.starts import STARTS, interpolation
-from tracker_core.types import BoolArray, FloatArray
+from tracker_core.types import HANDOVER, BoolArray, FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class Opening:
 
     Attributes:
         gains: shape (b, order), normalised.
-        until: shape (b,): a filter uses them while its own position gain is less than this.
+        until: shape (b,): a filter uses them while HANDOVER times its own position gain is less than this.
         predicted, smoothed: shape (n_samples,), where these are defined.
     """
 
@@ -97,7 +97,7 @@ def _growing_memory(order: int, measured: bytes, least: float) -> tuple[FloatArr
         elif seen[i]:
             gain = covariance[:, 0] / (covariance[0, 0] + 1)
             bound = min(bound, float(gain[0]))
-            if bound <= least:
+            if bound <= least * HANDOVER:
                 return gains[:i], until[:i]
             gains[i] = gain
             covariance -= np.outer(gain, covariance[0])

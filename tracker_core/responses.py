@@ -1,4 +1,4 @@
-"""What a filter with constant gains does to its input: noise, step, ramp, parabola, every frequency; its lag.
+"""What a filter with constant gains does to its input: noise, powers of the time, every frequency; its lag.
 
 With p(z) the characteristic polynomial and m the order, the error of the prediction is (z - 1)^m / p(z) times the
 measured position, that of the smoothed position (1 - g0) times as much.
@@ -25,9 +25,8 @@ SETTLED = 0.02
 """A step response has settled when it stays this close to 1."""
 
 HORIZON = 10_000
-"""Samples after which a step response that has not died away counts as never settling."""
+"""Samples after which a step response that is not close to 1 for good counts as never settling."""
 
-DEGREE = Domain(0, 2, whole=True)
 SAMPLES = Domain(1, 200_000, whole=True)
 FREQUENCY = Domain(0, 0.5)
 
@@ -226,17 +225,17 @@ def frequency_response(gains: Gains, frequency: FloatArray) -> FrequencyResponse
 
 
 def time_response(gains: Gains, degree: int, samples: int) -> TimeResponse:
-    """The answer to k^degree/degree!, k = 0, 1, ...: a step, a ramp or a parabola.
+    """The answer to k^degree/degree!, k = 0, 1, ...: a step, a ramp, a parabola, and so on.
 
     Args:
         gains: any set.
-        degree: 0, 1 or 2.
+        degree: 0 to the order, at which the filter lags.
         samples: length of the response.
 
     Raises:
         InputError: for another degree or a length outside 1 to 200,000.
     """
-    degree = int(DEGREE.check("degree", degree))
+    degree = int(Domain(0, gains.order, whole=True).check("degree", degree))
     k = np.arange(int(SAMPLES.check("samples", samples)), dtype=np.float64)
     position = k**degree / factorial(degree)
     track = run_filter(
@@ -253,7 +252,7 @@ def step_figures(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     Returns:
         How far the response passes 1 at most, and how many intervals after the step it stays within SETTLED of 1; each
-        of shape (...), NaN and infinity where the gains are unstable or the response has not died away within HORIZON.
+        of shape (...), NaN and infinity where the gains are unstable or the response has not settled within HORIZON.
     """
     from tracker_core.kernels import step_response
 

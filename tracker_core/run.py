@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from math import inf
 
 import numpy as np
 
@@ -17,10 +18,10 @@ from tracker_core.conventions import Gains
 from tracker_core.experiment import Experiment, target_of
 from tracker_core.fields import FIELDS
 from tracker_core.filters import run_filter
-from tracker_core.gating import WIDTH, Gate
+from tracker_core.gating import Gate
 from tracker_core.innovations import Evidence, examine
-from tracker_core.manoeuvre import wander
-from tracker_core.metrics import Metrics, measure, measure_axes
+from tracker_core.manoeuvre import held_std, wander
+from tracker_core.metrics import Metrics, manoeuvre_strength, measure, measure_axes
 from tracker_core.noise import NOISES, std_from_snr
 from tracker_core.optimal import distance_from_optimal
 from tracker_core.scenarios import Scenario
@@ -29,8 +30,7 @@ from tracker_core.suggestion import Suggestion
 from tracker_core.types import FloatArray, Measurements, Track, Truth
 
 CACHED_SAMPLES = 20_000
-SHORT_SAMPLES = 2_000
-"""Of runs this short many more are remembered: everybody in a class has another seed."""
+"""Samples of a run that is remembered."""
 
 CACHED_WEIGHTS = 400_000
 """Samples times members of a bank whose run is remembered: a run keeps a weight or more for each of them."""
@@ -73,7 +73,8 @@ class Result:
     def axis_metrics(self) -> tuple[Metrics, ...]:
         """The figures of merit of every axis for itself."""
         steady = self.verdict.stable and self.selection is None
-        return measure_axes(self.track, self.measurements, self.truth, self.gains, stable=steady)
+        pushes = pushes_of(self.experiment)
+        return measure_axes(self.track, self.measurements, self.truth, self.gains, stable=steady, pushes=pushes)
 
     def at(self, sample: int, axis: int) -> Result:
         """The same result with the gains, and their verdict, that a method used at a sample of an axis."""
@@ -94,14 +95,9 @@ class Result:
         std = self.noise_std if self.experiment.noise != "none" else None
         spread = self.track.spread if self.gate is not None else None
         if self.measurements.interval is None and spread is None and std is not None and index is not None and all(std):
-            spread = self._spread(Gate(WIDTH.high, std, index, self.experiment.interval))
+            gate = Gate(inf, std, index, self.experiment.interval)
+            spread = run_filter(self.measurements, self.gains, start=self.experiment.start, gate=gate).spread
         return examine(self.track, self.measurements, self.gains, sensor_std=std, tracking_index=index, spread=spread)
-
-    def _spread(self, gate: Gate) -> FloatArray | None:
-        """Standard deviation of every innovation on the gate's model: it follows from when there was a measurement."""
-        still = np.where(np.isnan(self.measurements.positions), np.nan, 0.0)
-        seen = replace(self.measurements, positions=still)
-        return run_filter(seen, self.gains, start=self.experiment.start, gate=gate).spread
 
     def unstable_share(self) -> float:
         """Share of the corrections, over all axes, whose gains would be unstable if they were held."""
@@ -119,7 +115,7 @@ def observe(experiment: Experiment, *, remember: bool = True) -> tuple[Truth, Me
     key = tuple(getattr(experiment, name) for name in SEEN)
     if not remember or experiment.samples > CACHED_SAMPLES:
         return _observe(*key)
-    return _remembered_short(*key) if experiment.samples <= SHORT_SAMPLES else _remembered(*key)
+    return _remembered(*key)
 
 
 SEEN = (
@@ -185,7 +181,6 @@ def _moved(name: str, data: str | None, reading: str | None, samples: int, inter
 
 
 _remembered = lru_cache(maxsize=32)(_observe)
-_remembered_short = lru_cache(maxsize=256)(_observe)
 
 
 def observe_runs(experiment: Experiment, seeds: Sequence[int]) -> Runs:
@@ -309,10 +304,23 @@ def _run(experiment: Experiment) -> Result:
         measurements=measurements,
         noise_std=noise_std,
         track=track,
-        metrics=measure(track, measurements, truth, gains, stable=steady),
+        metrics=measure(track, measurements, truth, gains, stable=steady, pushes=pushes_of(experiment)),
         selection=selection,
         gate=gate,
     )
+
+
+def pushes_of(experiment: Experiment) -> float:
+    """What random pushes add to the first derivative that the filter does not model, in each axis, m/s^order.
+
+    The root mean square of what they add and no true state shows.
+    """
+    return held_std(experiment.manoeuvre, experiment.order, experiment.manoeuvre_std or 0.0)
+
+
+def strength_of(experiment: Experiment) -> float:
+    """How strong the target manoeuvres for a filter of that order, m/s^order: see `metrics.manoeuvre_strength`."""
+    return manoeuvre_strength(observe(experiment)[0], experiment.order, pushes_of(experiment))
 
 
 def suited(experiment: Experiment, suggestion: Suggestion) -> Experiment:

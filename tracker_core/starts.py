@@ -113,6 +113,23 @@ def begin_axis(
     return Beginning(state, weights, begin, growing=False)
 
 
+def first_polynomial(z: FloatArray, dt: FloatArray, order: int) -> Beginning:
+    """What the first measurements of an axis, as many as the order, say of its state, whatever it is started with.
+
+    Args:
+        z, dt: as for `start_axis`.
+        order: of the filter.
+
+    Returns:
+        Where least squares can go on from; it begins after the last sample, and knows nothing, where there are fewer
+        measurements.
+    """
+    seen = _first_measured(z, order)
+    if len(seen) < order:
+        return Beginning(np.zeros(order), np.empty((0, 0)), len(z), growing=False)
+    return Beginning(*_through(z, dt, seen, order), int(seen[-1]) + 1, growing=True)
+
+
 def start_axis(
     start: str,
     z: FloatArray,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import atan2, cos, pi, sin, sqrt
+from math import atan2, cos, isfinite, pi, sin, sqrt
 from statistics import NormalDist
 
 import numpy as np
@@ -108,6 +108,43 @@ def mean_interval(values: FloatArray, confidence: float = CONFIDENCE) -> tuple[F
         return mean, np.full(mean.shape, np.nan)
     with np.errstate(invalid="ignore"):
         return mean, t_quantile(confidence, runs - 1) * values.std(axis=0, ddof=1) / sqrt(runs)
+
+
+def half_width(square: float, count: int, confidence: float = CONFIDENCE) -> float:
+    """How far a mean may be off, from its sum of squared deviations over the runs; NaN for fewer than two."""
+    return t_quantile(confidence, count - 1) * sqrt(square / (count - 1) / count) if count > 1 else float("nan")
+
+
+def percent_interval(shift: float, base: float, square: float, count: int, confidence: float = CONFIDENCE) -> Interval:
+    """By how many percent one mean is off another one of the same runs, which is uncertain itself: the delta method.
+
+    Args:
+        shift: the mean difference.
+        base: the other mean.
+        square: the sum of squared deviations of one minus the ratio of the means times the other.
+        count: of the runs.
+        confidence: of the interval.
+
+    Returns:
+        NaN where there is nothing that percents could be of, and for the ends with fewer than two runs.
+    """
+    if not base or not isfinite(base):
+        return Interval(float("nan"), float("nan"), float("nan"))
+    share, width = 100 / abs(base), half_width(square, count, confidence)
+    return Interval(shift * share, (shift - width) * share, (shift + width) * share)
+
+
+def percent_more(values: FloatArray, base: FloatArray, confidence: float = CONFIDENCE) -> Interval:
+    """By how many percent the mean of some values is off that of others, run by run: see `percent_interval`.
+
+    Args:
+        values, base: shape (runs,).
+        confidence: of the interval.
+    """
+    with np.errstate(invalid="ignore"):
+        shift, mean = float((values - base).mean()), float(base.mean())
+        rest = values - (1 + shift / mean) * base if mean else values
+        return percent_interval(shift, mean, float(((rest - rest.mean()) ** 2).sum()), len(values), confidence)
 
 
 def least_places(places: FloatArray, scores: FloatArray, *, redraws: int = _REDRAWN) -> tuple[float, FloatArray]:

@@ -15,6 +15,13 @@ ORDERS = (2, 3, 4)
 GAIN_NAMES = ("alpha", "beta", "gamma", "eta")
 STATE_NAMES = ("position", "velocity", "acceleration", "jerk")
 
+HANDOVER = 1 + 1e-12
+"""Least squares over all measurements gives way to a filter once its position gain is at most alpha times this.
+
+Its gains are fractions such as 7/10: rounding, which no two programs share, must not decide whether one has fallen to
+an alpha of 0.7.
+"""
+
 
 @dataclass(frozen=True, slots=True)
 class Truth:
@@ -47,7 +54,7 @@ class Measurements:
     Attributes:
         times: shape (n_samples,), s, strictly increasing.
         positions: shape (n_samples, n_axes), m; NaN where a measurement is missing.
-        interval: the sampling interval in s where it is constant, else None.
+        interval: the sampling interval in s where it is constant and the times lie on it, else None.
     """
 
     times: FloatArray
@@ -70,7 +77,7 @@ class Track:
         rejected: shape (n_samples,), the samples that a gate refused; they too were bridged by prediction. None where
             no gate watched.
         spread: shape (n_samples, n_axes), m: with a gate, the standard deviation that it expected of the innovation;
-            NaN before the recursion begins and after a stop.
+            NaN until that is known, and after a stop.
     """
 
     predicted: FloatArray

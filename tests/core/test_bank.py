@@ -27,6 +27,15 @@ def regular(positions, interval=1.0):
     return Measurements(np.arange(len(positions)) * interval, positions, interval)
 
 
+def measured_at(positions, interval):
+    """Measurements at a constant interval, or at others where there is none; and the interval before each."""
+    steps = np.full(len(positions), interval or 1.0)
+    if interval is None:
+        steps = np.random.default_rng(0).uniform(0.3, 3, len(positions))
+        steps[0] = steps[1]
+    return Measurements(np.cumsum(steps) - steps[0], positions, interval), steps.tolist()
+
+
 def alphas_of(members):
     """The middles of equal parts of (0, 1)."""
     return [(2 * k + 1) / (2 * members) for k in range(members)]
@@ -35,41 +44,37 @@ def alphas_of(members):
 # M5: one member speaks ---------------------------------------------------------------------------------------------
 
 
-def plain_bank(z, t, members, decay):
-    """From two points: predicted and smoothed positions and the speaker of every sample; no decay means hindsight."""
-    states = [(z[1], (z[1] - z[0]) / t)] * members
-    powers, speaker, out = [0.0] * members, 0, []
-    for measured in z[2:]:
+def plain_bank(z, steps, members, memory):
+    """From two points: predicted and smoothed positions and the speaker of every sample; no memory means hindsight."""
+    states = [(z[1], (z[1] - z[0]) / steps[1])] * members
+    past, speaker, out = [], 0, []
+    for measured, t, now in zip(z[2:], steps[2:], np.cumsum(steps)[2:], strict=True):
         states = [(x + t * v, v) for x, v in states]
         ahead, seen = states, not math.isnan(measured)
         if seen:
             e = [measured - x for x, _ in states]
-            powers = [
-                e_k**2 + (decay * power if decay is not None else 0) for e_k, power in zip(e, powers, strict=True)
-            ]
+            past = [*(past if memory else []), (now, np.square(e))]
+            powers = sum(math.exp((then - now) / memory) * e_then if memory else e_then for then, e_then in past)
             gains = [(alpha, alpha**2 / (2 - alpha)) for alpha in alphas_of(members)]
             states = [(x + a * r, v + b / t * r) for (x, v), (a, b), r in zip(states, gains, e, strict=True)]
             best = min(range(members), key=powers.__getitem__)
-        predicted = ahead[best if seen and decay is None else speaker][0]
+        predicted = ahead[best if seen and memory is None else speaker][0]
         speaker = best if seen else speaker
         out.append((predicted, states[speaker][0], speaker if seen else -1))
     return np.array(out).T
 
 
 @pytest.mark.parametrize("hindsight", [True, False], ids=["hindsight", "causal"])
-@pytest.mark.parametrize("interval", INTERVALS)
+@pytest.mark.parametrize("interval", [*INTERVALS, None])
 @pytest.mark.parametrize("members", [1, 4, 20])
 def test_equals_a_loop_over_a_bank(hindsight, interval, members):
+    """At constant intervals and at others, over gaps too: the window fades with the time that goes by."""
     z = series(members)
-    z[[6, 7, 30], 0] = np.nan
-    memory = 3.0
-    selection = (
-        HINDSIGHT.run(regular(z, interval), members=members)
-        if hindsight
-        else CAUSAL.run(regular(z, interval), members=members, memory=memory)
-    )
-    decay = None if hindsight else math.exp(-interval / memory)
-    predicted, smoothed, speakers = plain_bank(z[:, 0].tolist(), interval, members, decay)
+    z[[6, 7, 30, *range(35, 42)], 0] = np.nan
+    seen, steps = measured_at(z, interval)
+    memory = None if hindsight else 3.0
+    selection = HINDSIGHT.run(seen, members=members) if hindsight else CAUSAL.run(seen, members=members, memory=memory)
+    predicted, smoothed, speakers = plain_bank(z[:, 0].tolist(), steps, members, memory)
     scale = np.nanmax(np.abs(z))
     assert np.abs(selection.track.predicted[2:, 0, 0] - predicted).max() <= 1e-12 * scale
     assert np.abs(selection.track.smoothed[2:, 0, 0] - smoothed).max() <= 1e-12 * scale
@@ -140,24 +145,24 @@ def plain_members(order, members, shortest, longest, interval):
     return [morrison(low, math.exp(-interval / tau)) for low in range(max(2, order - 1), order + 1) for tau in taus]
 
 
-def mixed(plain_track, z, interval, gains, state, memory):
+def mixed(plain_track, z, steps, gains, state, memory):
     """Predicted and smoothed states (n, axes, order), weights (n, K): every member for itself, then the mean."""
     order, (n, axes) = max(map(len, gains)), z.shape
     predicted, smoothed = np.zeros((2, len(gains), n, axes, order))
     for k, g in enumerate(gains):
         for axis in range(axes):
             predicted[k, :, axis, : len(g)], smoothed[k, :, axis, : len(g)] = plain_track(
-                z[:, axis], [interval] * n, g, state[axis, : len(g)]
+                z[:, axis], steps, g, state[axis, : len(g)]
             )
     squares = np.nansum((z - predicted[..., 0]) ** 2, axis=2)
     seen = ~np.isnan(z).all(axis=1)
-    weights = np.empty((n, len(gains)))
+    weights, times = np.empty((n, len(gains))), np.cumsum(steps)
     for i in range(n):
-        ages = [seen[j + 1 : i + 1].sum() for j in range(i + 1)]
-        fading = np.where(seen[: i + 1], np.exp(-interval / memory) ** np.array(ages), 0.0)
+        fading = np.where(seen[: i + 1], np.exp((times[: i + 1] - times[i]) / memory), 0.0)
         power, length = squares[:, : i + 1] @ fading, fading.sum()
         weights[i] = (power / power.min()) ** (-length / 2) if length else 1.0
-        weights[i] /= weights[i].sum()
+        # Without a measurement nothing is known better than before.
+        weights[i] = weights[i] / weights[i].sum() if seen[i] or i == 0 else weights[i - 1]
     before = np.vstack((np.full(len(gains), 1 / len(gains)), weights[:-1]))
     return (
         np.einsum("ik,kiar->iar", before, predicted),
@@ -167,18 +172,20 @@ def mixed(plain_track, z, interval, gains, state, memory):
 
 
 @pytest.mark.parametrize("order", [2, 3, 4])
-@pytest.mark.parametrize("interval", INTERVALS)
+@pytest.mark.parametrize("interval", [*INTERVALS, None])
 @pytest.mark.parametrize("members", [1, 5])
 def test_equals_the_mean_of_its_members(plain_track, order, interval, members):
     z = series(order, axes=2)
-    z[[4, 5], 0] = z[[5, 20], 1] = np.nan
+    z[[4, 5], 0] = z[[5, 20], 1] = z[30:34] = np.nan
+    seen, steps = measured_at(z, interval)
+    nominal = float(np.median(steps))
     state = np.random.default_rng(order).normal(size=(2, order))
-    told = {"members": members, "shortest": 1.3 * interval, "longest": 30 * interval, "memory": 6 * interval}
-    selection = MIXTURE.run(regular(z, interval), order, start="known", initial_state=state, **told)
-    gains = plain_members(order, members, told["shortest"], told["longest"], interval)
+    told = {"members": members, "shortest": 1.3 * nominal, "longest": 30 * nominal, "memory": 6 * nominal}
+    selection = MIXTURE.run(seen, order, start="known", initial_state=state, **told)
+    gains = plain_members(order, members, told["shortest"], told["longest"], nominal)
     padded = np.array([[*g, *[0.0] * (order - len(g))] for g in gains])
     assert selection.members == pytest.approx(padded, rel=1e-11, abs=0)
-    predicted, smoothed, weights = mixed(plain_track, z, interval, gains, state, told["memory"])
+    predicted, smoothed, weights = mixed(plain_track, z, steps, gains, state, told["memory"])
     assert np.abs(selection.weights() - weights[:, None, :]).max() <= 1e-11
     for found, expected in ((selection.track.predicted, predicted), (selection.track.smoothed, smoothed)):
         assert (np.abs(found - expected) <= 1e-11 * np.abs(expected).max(axis=(0, 1))).all()

@@ -217,6 +217,17 @@ def test_design_makes_the_tracking_index_from_both_noises(answer, name):
     assert found == expected
 
 
+@pytest.mark.parametrize("order", [2, 3, 4])
+def test_design_from_both_noises_solves_the_riccati_equation(answer, steady_kalman, order):
+    """What disturbs the target is an acceleration, at order 4 a jerk."""
+    noise = ("--process-std", "1", "--sensor-std", "10", "--interval", "0.1")
+    found = answer("design", "steady-kalman", "--order", order, *noise)
+    t = 0.1
+    enters = {2: [t**2 / 2, t], 3: [t**2 / 2, t, 1], 4: [t**3 / 6, t**2 / 2, t, 1]}[order]
+    expected = steady_kalman(np.outer(enters, enters), 100.0, t)
+    assert [found[name] for name in GAIN_NAMES[:order]] == pytest.approx(expected, rel=1e-9)
+
+
 def test_design_in_plain_text(call):
     status, out, err = call("design", "kalata", "--process-std", "0.1", "--sensor-std", "2", "--interval", "1")
     assert (status, err) == (0, "")
@@ -364,6 +375,7 @@ REFUSED = [
     ("design kalata --xi 0.5", ["xi must be left out for the design 'kalata'"]),
     ("design kalata --process-std 1", ["sensor_std must be given"]),
     ("design kalata --process-std 1 --sensor-std 1", ["interval must be given"]),
+    ("design fading-memory --order 2 --xi .5 --process-std 1", ["process_std must be left out"]),
     ("design kalata --sensor-std 1 --interval 1", ["process_std must be given"]),
     ("design kalata --process-std 0 --sensor-std 1 --interval 1", ["process_std must be a finite number > 0", "'0'"]),
     ("design kalata --process-std 1 --sensor-std -1 --interval 1", ["sensor_std must be", "'-1'"]),

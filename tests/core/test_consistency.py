@@ -113,6 +113,43 @@ def test_nis_of_a_kalman_filter_lies_in_its_bounds(closed_loop, order):
     assert np.mean(held) == pytest.approx(0.95, abs=0.02)
 
 
+def correlations(g, tracking_index, lags=400):
+    """Autocorrelations of the innovations on the model, lag by lag, from the answers to a unit of either noise."""
+    order = len(g)
+    f = np.array([[1 / math.factorial(j - i) if j >= i else 0 for j in range(order)] for i in range(order)])
+    answers = []
+    for error, measured in ((tracking_index * DRIVE[order], 0.0), (np.zeros(order), 1.0)):
+        answer, state = [error[0] + measured], f @ (error - g * (error[0] + measured))
+        for _ in range(lags - 1):
+            answer.append(state[0])
+            state = f @ (state - g * state[0])
+        answers.append(answer)
+    found = sum(np.correlate(answer, answer, "full")[lags - 1 :] for answer in answers)
+    return found[1:] / found[0]
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("tracking_index", [0, 0.02, 3])
+def test_innovations_of_any_gains_are_correlated_as_foretold(stable_gains, order, tracking_index):
+    for g in stable_gains(order, 15, seed=order, radius=0.85):
+        expected = float((correlations(g, tracking_index) ** 2).sum())
+        assert model_covariance(Gains.normalised(g), tracking_index).correlation == pytest.approx(expected, rel=1e-8)
+    best = Gains.normalised(optimal_gains(order, 0.3))
+    assert model_covariance(best, 0.3).correlation == pytest.approx(0, abs=1e-20)
+
+
+@pytest.mark.parametrize(("order", "index"), [(2, 0.05), (2, 5.0), (3, 0.02), (4, 0.02), (4, 5.0)])
+def test_nis_of_gains_that_are_not_optimal_lies_in_its_bounds(closed_loop, order, index):
+    """As often as that of the Kalman filter; taken for independent, its values would be too sure of themselves."""
+    g = optimal_gains(order, index)
+    model = model_covariance(Gains.normalised(g), 0.5)
+    innovations, _ = simulated(closed_loop, g, 0.5, 4000, 100, np.random.default_rng(order))
+    runs = innovation_squared(innovations, model.innovation).T
+    held = [average(run, 1, correlation=model.correlation).holds for run in runs]
+    assert np.mean(held) == pytest.approx(0.95, abs=0.02)
+    assert np.mean([average(run, 1).holds for run in runs]) < 0.9
+
+
 @pytest.mark.parametrize("order", ORDERS)
 def test_nees_of_any_gains_lies_in_its_bounds(closed_loop, order):
     """Over 4,000 independent runs at one time, for gains that are not optimal; repeated at forty times apart."""
@@ -172,6 +209,15 @@ def test_the_average_and_its_interval():
     assert found.holds
     assert not average(np.array([9.0, 9.0, 9.0]), 2).holds
     assert average(np.array([9.0]), 2, level=0.99).holds
+
+
+def test_correlated_values_count_for_fewer():
+    """Three of two degrees of freedom each, whose mean varies four times as much: 1.5 degrees, at least one."""
+    found = average(np.array([1.0, 2.0, 6.0]), 2, correlation=1.5)
+    assert (found.mean, found.count) == (3.0, 3)
+    assert [found.low, found.high] == pytest.approx(chi2.ppf([0.025, 0.975], 1.5) / 1.5 * 2, rel=1e-12, abs=0)
+    few = average(np.array([1.0]), 2, correlation=50.0)
+    assert [few.low, few.high] == pytest.approx(chi2.ppf([0.025, 0.975], 1) * 2, rel=1e-12, abs=0)
 
 
 def test_the_average_of_nothing_does_not_hold():

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracker_core import CONVENTIONS, Gains, InputError, Measurements, run_filter
+from tracker_core import CONVENTIONS, Gains, InputError, Measurements, assess, run_filter
 from tracker_core.conventions import rewrite
 
 # Normalised gain divided by written gain: 2 gamma/T^2, 6 eta/T^3 (Brookner) and gamma/2T^2, eta/6T^3 (Bar-Shalom).
@@ -85,6 +85,17 @@ def test_normalised_takes_an_array():
     assert gains == Gains((0.5, 0.4, 0.1), "normalised")
     assert gains.order == 3
     assert all(type(value) is float for value in gains.values)
+
+
+@pytest.mark.parametrize(
+    "values", [np.array([0.5, 0.25]), [0.5, 0.25], (np.float64(0.5), np.float32(0.25)), ("0.5", "0.25")], ids=repr
+)
+def test_gains_are_plain_numbers_whatever_they_came_as(values):
+    gains = Gains(values)
+    assert gains == Gains((0.5, 0.25))
+    assert hash(gains) == hash(Gains((0.5, 0.25)))
+    assert [type(value) for value in gains.values] == [float, float]
+    assert assess(gains).stable
 
 
 @pytest.mark.parametrize(

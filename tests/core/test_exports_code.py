@@ -131,13 +131,10 @@ def compiled(folder, *sources_, name="driver"):
     return folder / name
 
 
-def run_c(program, measurements, order):
-    lines = [
-        " ".join(map(repr, [float(t), *z]))
-        for t, z in zip(intervals(measurements), measurements.positions.tolist(), strict=True)
-    ]
+def run_c(program, steps, positions, order):
+    lines = [" ".join(map(repr, [float(t), *z])) for t, z in zip(steps, positions.tolist(), strict=True)]
     done = subprocess.run([program], input="\n".join(lines), check=True, capture_output=True, text=True)
-    return read_rows(done.stdout, measurements.positions.shape[1], order)
+    return read_rows(done.stdout, positions.shape[1], order)
 
 
 def read_rows(text, axes, order):
@@ -172,7 +169,11 @@ def test_c_is_the_filter(tmp_path, order, start, gated, axes):
     @given(seed=st.integers(0, 10**6), irregular=st.booleans(), holes=st.sampled_from([0, 0.2, 0.5]))
     def holds(seed, irregular, holes):
         seen = recording(seed, axes, irregular=irregular, holes=holes, samples=300)
-        assert_same(run_c(program, seen, order), run_filter(seen, GAINS[order], **options), seen.positions)
+        assert_same(
+            run_c(program, intervals(seen), seen.positions, order),
+            run_filter(seen, GAINS[order], **options),
+            seen.positions,
+        )
 
     holds()
 
@@ -266,8 +267,78 @@ def test_an_exported_filter_stops_where_the_filter_does(tmp_path):
     assert np.isnan(found[1][track.stopped_at + 1 :]).all()
     if COMPILER:
         (tmp_path / "driver.c").write_text(DRIVER)
-        found = run_c(compiled(tmp_path, "driver.c", "tuned_filter.c"), seen, 2)
+        found = run_c(compiled(tmp_path, "driver.c", "tuned_filter.c"), intervals(seen), seen.positions, 2)
         assert np.array_equal(np.isnan(found[1]), np.isnan(track.smoothed))
+
+
+@pytest.mark.parametrize(
+    ("gains", "interval"),
+    [(Gains((0.7, 0.2)), t) for t in (3.7, 6.3, 7.4, 7.7)] + [(Gains((0.95, 0.8, 0.3)), t) for t in (5.0, 10.0)],
+    ids=str,
+)
+def test_a_growing_memory_whose_gain_is_alpha_has_handed_over(tmp_path, gains, interval):
+    """Its gain at the fourth measurement is 7/10 at order 2 and 19/20 at order 3: ties, but for rounding."""
+    seen = recording(3, holes=0, outliers=0)
+    seen = Measurements(np.arange(len(seen.positions)) * interval, seen.positions, interval)
+    write(tmp_path, describe(seen, gains, axes=("x", "y"), start="expanding"))
+    track = run_filter(seen, gains, start="expanding")
+    assert_same(run_python(tmp_path, seen), track, seen.positions)
+    one = run_filter(Measurements(seen.times / interval, seen.positions, 1.0), gains, start="expanding")
+    np.testing.assert_allclose(track.smoothed[:, :, 0], one.smoothed[:, :, 0], rtol=1e-12)
+    # The fourth measurement is the constant gains' own.
+    before, after = track.predicted[3, :, 1], track.smoothed[3, :, 1]
+    np.testing.assert_allclose(after - before, gains.vector[1] * track.innovation[3] / interval, rtol=1e-9)
+
+
+@pytest.mark.parametrize("gated", [False, True])
+def test_an_exported_filter_stops_where_its_state_is_no_number(tmp_path, gated):
+    """After an endless interval nothing is known any more."""
+    seen, options = recording(6, holes=0, outliers=0), setup(2, "two-point", gated=gated)
+    write(tmp_path, tuned(seen, 2, options))
+    tracker = load(tmp_path / "tuned_filter.py").TunedFilter()
+    for z in seen.positions[:5].tolist():
+        tracker.update(z)
+    assert not tracker.stopped
+    tracker.update(seen.positions[5].tolist(), math.inf)
+    assert tracker.stopped
+    if COMPILER:
+        (tmp_path / "driver.c").write_text(DRIVER)
+        program = compiled(tmp_path, "driver.c", "tuned_filter.c")
+        smoothed = run_c(program, [0.5] * 5 + [math.inf, 0.5], seen.positions[:7], 2)[1]
+        assert np.isfinite(smoothed[2:5]).all()
+        assert np.isnan(smoothed[5:]).all()
+
+
+@needs_compiler
+@pytest.mark.parametrize("gated", [False, True])
+def test_c_refuses_an_interval_that_is_none_and_goes_on(tmp_path, gated):
+    """Two plots with one time stamp leave the filter as it was."""
+    seen, options = recording(7, holes=0, outliers=0), setup(2, "two-point", gated=gated)
+    write(tmp_path, tuned(seen, 2, options))
+    (tmp_path / "driver.c").write_text(DRIVER)
+    program = compiled(tmp_path, "driver.c", "tuned_filter.c")
+    steps = [0.5 if k % 2 == 0 else (0.0, -1.0, math.nan)[k % 3] for k in range(2 * len(seen.positions))]
+    found = run_c(program, steps, np.repeat(seen.positions, 2, axis=0), 2)
+    assert np.isnan(found[1][1::2]).all()
+    assert_same(tuple(part[::2] for part in found), run_filter(seen, GAINS[2], **options), seen.positions)
+
+
+@pytest.mark.parametrize("start", ["two-point", "expanding"])
+def test_a_trial_that_no_limit_stops_goes_on_behind_the_stop(start):
+    """FilterPy has no limit: what it is compared with has none either."""
+    gains, seen = Gains((0.5, 3.9)), recording(2, 2, holes=0, outliers=0)
+    z = seen.positions.copy()
+    z[:4, 1] = np.nan
+    limit = 1.0001 * np.abs(z[0, 0])
+    made = describe(Measurements(seen.times, z, 0.5), gains, axes=("x", "y"), start=start, limit=limit)
+    assert run_filter(Measurements(seen.times, z, 0.5), gains, start=start, limit=limit).stopped_at < 5
+    trial, g = made.trial, gains.vector / 0.5 ** np.arange(2)
+    assert len(trial.onward) == TRIAL
+    state = trial.state.copy()
+    for measured, smoothed in zip(trial.onward, trial.onward_smoothed, strict=True):
+        state[:, 0] += 0.5 * state[:, 1]
+        state += np.outer(measured - state[:, 0], g)
+        np.testing.assert_allclose(state[:, 0], smoothed, rtol=1e-12)
 
 
 @pytest.mark.parametrize("start", ["expanding", "first"])
@@ -412,5 +483,6 @@ def test_the_code_is_tidy(order, start, gated):
         assert [line for line in text.splitlines() if line != line.rstrip()] == []
         assert [line for line in text.splitlines() if len(line) > 120] == []
     used = found["tuned_filter.py"]
-    for name in ("WIDTH", "UNKNOWN", "POINTS", "HUGE", "interpolation", "carry_covariance", "begin", "sqrt"):
+    names = ("WIDTH", "POINTS", "HUGE", "FAR", "interpolation", "carry_covariance", "learn", "begin", "sqrt", "hypot")
+    for name in names:
         assert used.count(name) != 1

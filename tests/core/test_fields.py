@@ -53,6 +53,19 @@ def test_other_texts_are_refused(value):
     assert "1 to 600 characters" in caught.value.rule
 
 
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [
+        ("data", "must be a text of 1 to 100 characters that can be seen"),
+        ("samples", "must be a whole number >= 3 and <= 200,000"),
+        ("noise_std", "must be a finite number >= 0 and <= 1e+09"),
+        ("manoeuvre", "must be one of none, acceleration-pulses, acceleration-jumps, jerk-pulses"),
+    ],
+)
+def test_a_field_says_what_it_admits(name, rule):
+    assert FIELDS[name].rule == rule
+
+
 def test_a_text_stays_as_it_is():
     assert FIELDS["reading"].read("reading", "time:1,only:%3Cb%3E") == "time:1,only:%3Cb%3E"
 

@@ -300,6 +300,15 @@ def test_samples_missing_after_a_stop_are_not_counted():
     assert track.missing == 0
 
 
+@pytest.mark.parametrize("origin", [0.0, 1.7e9])
+def test_times_that_are_rounded_lie_on_the_interval(origin):
+    """Stamps in seconds since 1970 have some 2e-7 s of rounding."""
+    z = np.arange(50.0)[:, None]
+    times = origin + np.arange(50) * 1e-5
+    found = run_filter(Measurements(times, z, 1e-5), Gains((0.5, 0.2)))
+    assert np.array_equal(found.smoothed, run_filter(regular(z, 1e-5), Gains((0.5, 0.2))).smoothed, equal_nan=True)
+
+
 # Bad input ---------------------------------------------------------------------------------------------------------
 
 GOOD = np.zeros((5, 1))
@@ -319,6 +328,9 @@ TIMES = np.arange(5.0)
         pytest.param(Measurements(TIMES[:4], GOOD, 1.0), {}, "times", id="times-too-few"),
         pytest.param(Measurements(TIMES[::-1], GOOD, None), {}, "times", id="times-backwards"),
         pytest.param(Measurements(TIMES * 0, GOOD, None), {}, "times", id="times-equal"),
+        pytest.param(Measurements(TIMES[::-1], GOOD, 1.0), {}, "times", id="times-backwards-at-an-interval"),
+        pytest.param(Measurements(TIMES, GOOD, 0.5), {}, "times", id="times-at-another-interval"),
+        pytest.param(Measurements(np.array([0, 1, 2, 7, 8.0]), GOOD, 1.0), {}, "times", id="times-with-a-gap"),
         pytest.param(Measurements(TIMES * np.nan, GOOD, None), {}, "times", id="times-nan"),
         pytest.param(Measurements(np.array([0, 1, 2, 3, np.inf]), GOOD, None), {}, "times", id="times-infinite"),
         pytest.param(Measurements(TIMES[:1], GOOD[:1], None), {"start": "first"}, "times", id="one-time-no-interval"),

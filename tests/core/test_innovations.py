@@ -162,6 +162,21 @@ def test_the_start_is_left_out_of_what_supposes_a_steady_filter(pushed_target):
     assert default.nis.count == 400 - math.ceil(math.log(0.05) / math.log(slowest))
 
 
+@pytest.mark.parametrize("steady", [True, False])
+def test_gains_that_are_not_optimal_widen_the_interval_of_nis(pushed_target, steady):
+    z = pushed_target(2, np.ones(300), 0.3, 2.0, np.random.default_rng(0), axes=2)
+    gains = Gains((0.3, 0.2))
+    track, measurements = tracked(z, gains)
+    model = model_covariance(gains, 0.3)
+    assert model.correlation > 0.1
+    spread = None if steady else np.full(z.shape, 2 * math.sqrt(model.innovation))
+    found = examine(track, measurements, gains, sensor_std=(2.0,), tracking_index=0.3, spread=spread, skip=50)
+    values = (track.innovation[50:] / 2) ** 2 / model.innovation
+    wanted = average(values.sum(axis=1), 2, correlation=model.correlation)
+    for name in ("mean", "low", "high", "count"):
+        assert getattr(found.nis, name) == pytest.approx(getattr(wanted, name), rel=1e-12)
+
+
 @pytest.mark.parametrize("gains", [Gains((0.5, 3.5)), Gains((1.0, 1.0)), Gains((0.001, 1e-6))], ids=str)
 def test_no_gains_break_it(gains):
     z = np.random.default_rng(0).normal(size=(40, 2))

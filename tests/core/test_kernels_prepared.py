@@ -12,6 +12,7 @@ import threading
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -376,10 +377,12 @@ def test_results_have_the_same_bits_on_every_processor(tmp_path):
 
 
 class Slowly:
-    """A preparation in which every kernel comes when it is told to."""
+    """A preparation in which every kernel comes when it is told to; one of those that not all need is compiled."""
+
+    missing: ClassVar = [name for name in SIGNATURES if name != "profile"]
 
     def __init__(self, target, root, done):
-        self.done, self.stopped, self.names = done, threading.Event(), []
+        self.done, self.stopped = done, threading.Event()
 
     def run(self):
         self.stopped.wait(60)
@@ -421,27 +424,108 @@ def test_whoever_calls_a_kernel_too_early_waits_for_it_and_for_no_other(slowly):
     assert (EXAMPLE[2][:, :, 1] == EXAMPLE[0][1]).all()
 
 
-def test_it_is_ready_once_what_every_page_needs_is_there(slowly, monkeypatch):
+NEEDED = [*FIRST, "profile"]
+
+
+@pytest.mark.parametrize("last", NEEDED)
+def test_it_is_ready_once_all_is_there_that_every_page_needs_or_that_was_compiled_before(slowly, monkeypatch, last):
     begun, ready, _ = slowly
-    assert loading.held()
     monkeypatch.setattr(loading, "make", lambda kernel, name: None)
-    for name in [*LATER, *FIRST][:-1]:
-        begun.preparation.done(Compiled(name, 1, None))
-        assert ready == []
-    begun.preparation.done(Compiled([*FIRST][-1], 1, None))
+    for name in NEEDED:
+        if name != last:
+            begun.preparation.done(Compiled(name, 1, None))
+    assert ready == []
+    begun.preparation.done(Compiled(last, 1, None))
+    assert ready == [True]
+    # What is still missing is waited for where nobody is held up.
+    assert loading.held()
+    for name in [name for name in LATER if name not in NEEDED]:
+        begun.preparation.done(Compiled(name, 1, 1.0))
     assert ready == [True]
     assert not loading.held()
 
 
-def test_where_no_compiler_runs_nobody_waits_for_ever(slowly):
+def test_once_it_is_told_to_end_nobody_waits_and_it_is_never_ready(slowly):
     begun, ready, _ = slowly
     begun.stop()
     kernels.transposed(*EXAMPLE)
-    for _ in range(600):
-        if ready:
-            break
-        time.sleep(0.1)
-    assert ready == [True]
+    assert ready == []
+
+
+class Nothing:
+    """A preparation whose compilers all fail."""
+
+    missing: ClassVar = [*SIGNATURES]
+
+    def __init__(self, target, root, done):
+        pass
+
+    def run(self):
+        pass
+
+
+class Kernel:
+    """A kernel of the test's own.
+
+    Attributes:
+        compiled: for which types, in turn.
+        wrong: what compiling it raises, once it has been done.
+    """
+
+    def __init__(self, *wrong):
+        self.compiled, self.wrong = [], list(wrong)
+
+    def compile(self, types):
+        self.compiled.append(types)
+        if self.wrong:
+            raise self.wrong.pop()
+
+    def __call__(self):
+        return len(self.compiled)
+
+
+@pytest.fixture
+def load(monkeypatch):
+    """Load a few kernels which nobody else can compile; whether all was ready, and how often."""
+    monkeypatch.setattr(loading, "Preparation", Nothing)
+
+    def run(**few):
+        signatures = {name: SIGNATURES[name] for name in few}
+        monkeypatch.setattr(loading, "SIGNATURES", signatures)
+        monkeypatch.setattr(loading, "FIRST", {name: signatures[name] for name in few if name in FIRST})
+        for name, kernel in few.items():
+            monkeypatch.setattr(kernels, name, kernel)
+        ready = []
+        loading.Loading(lambda: ready.append([kernel.compiled != [] for kernel in few.values()])).run()
+        return ready
+
+    return run
+
+
+def test_what_no_other_process_compiles_is_compiled_here_before_it_is_ready(load, caplog):
+    track, lanes = Kernel(), Kernel()
+    assert load(track=track, lane_errors=lanes) == [[True, False]]
+    for name, kernel in (("track", track), ("lane_errors", lanes)):
+        assert set(kernel.compiled) == set(SIGNATURES[name])
+        assert getattr(kernels, name) is kernel
+    assert not loading.held()
+    assert [record.kernel for record in caplog.records] == ["track", "lane_errors"]
+
+
+def test_what_merely_cannot_be_kept_is_compiled_all_the_same(load):
+    lanes = Kernel(*[OSError(28, "No space left on device")] * 3)
+    assert load(track=Kernel(OSError(28, "No space left on device")), lane_errors=lanes)
+    assert set(lanes.compiled) == set(SIGNATURES["lane_errors"])
+    assert not loading.held()
+
+
+def test_with_one_that_cannot_be_compiled_it_is_not_ready_and_who_calls_it_does_so_in_a_thread(load, caplog):
+    broken = Kernel(ValueError("no such instruction"))
+    assert load(track=broken, autoregress=Kernel()) == []
+    # Nobody waits for ever.
+    assert kernels.track() == 1
+    assert loading.held()
+    assert "A kernel cannot be compiled" in caplog.messages
 
 
 # The command -------------------------------------------------------------------------------------------------------

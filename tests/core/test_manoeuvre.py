@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tracker_core import InputError
-from tracker_core.manoeuvre import MANOEUVRES, wander
+from tracker_core.manoeuvre import MANOEUVRES, held_std, wander
 from tracker_core.noise import white
 
 NAMES = [name for name in MANOEUVRES if name != "none"]
@@ -69,6 +69,23 @@ def test_its_covariance_is_that_of_the_model(name, interval):
         error = np.sqrt((np.outer(deviations, deviations) ** 2 + expected**2) / axes)
         assert (np.abs(spread - expected) <= 4.5 * error).all()
         expected = f @ expected @ f.T + g @ g.T * std**2
+
+
+@every_model
+@pytest.mark.parametrize("derivative", [2, 3, 4])
+def test_what_is_held_for_an_interval_is_that_derivative(name, derivative):
+    """As its G says: T^d/d! of the position; wander shows none of it at the samples."""
+    interval = 0.7
+    g, held = INPUT[name](interval), [interval**derivative / math.factorial(derivative)]
+    held += [interval ** (derivative - 1) / math.factorial(derivative - 1)]
+    holds = g[:2] == pytest.approx(held) and (derivative > 2 or g[2] == 0)
+    assert held_std(name, derivative, 3.0) == (3.0 if holds else 0.0)
+
+
+def test_nothing_is_held_where_nothing_pushes():
+    assert held_std("none", 2, 3.0) == 0
+    with pytest.raises(InputError, match="^manoeuvre_std must be"):
+        held_std("jerk-pulses", 3, -1.0)
 
 
 def test_pulses_leave_no_acceleration_and_jumps_do():

@@ -309,6 +309,18 @@ def test_innovations_at_varying_intervals_are_measured_by_their_own_variance(gat
     assert steady.nis.mean > 2.3
 
 
+def test_the_variance_of_innovations_knows_how_wrong_a_start_is():
+    """A smooth filter takes a fast target for one at rest, and there are too few samples to leave that out."""
+    draw = np.random.default_rng(0)
+    times = np.cumsum(draw.uniform(0.5, 1.5, 60))
+    data = kept(table(times, (100 * times + draw.normal(0, 2, 60))[:, None], head="t,x"))
+    values = {"data": data, "order": 2, "xi": 0.9, "start": "first", "noise_std": 2}
+    result = run_experiment(Experiment.from_dict(values))
+    assert result.measurements.interval is None
+    assert np.abs(result.track.innovation[12:20]).max() > 100
+    assert result.evidence().nis.mean < 2
+
+
 def test_a_suggested_filter_starts_with_all_it_knows(constant):
     experiment = Experiment.from_dict({"data": constant, "convention": "taylor", "start": "first"})
     better = suited(experiment, suggest(observe(experiment)[1], interval=0.5))

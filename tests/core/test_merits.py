@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracker_core import Gains, InputError
+from tracker_core import Gains, InputError, Measurements, Truth, run_filter
 from tracker_core.merits import MERITS, merits
+from tracker_core.metrics import measure
 from tracker_core.responses import time_response
 
 
@@ -74,10 +75,19 @@ def test_merits_are_finite_numbers_or_none(order, g, interval):
     found = merits(Gains(tuple(g[:order])), interval)
     assert all(value is None or (type(value) is float and math.isfinite(value)) for value in found.values())
     # A pole that is inside by less than rounding may seem to lie on the circle, or a digit beyond.
-    # A filter with alpha above 1 leads.
-    assert all(value is None or value >= -1e-9 for name, value in found.items() if name != "unit_lag")
-    lag = found["unit_lag"]
-    assert lag is None or (lag <= 0) == (g[0] >= 1) or lag == 0
+    assert all(value is None or value >= -1e-9 for value in found.values())
+
+
+@pytest.mark.parametrize("alpha", [0.8, 1.2])
+def test_a_filter_that_leads_is_as_far_off_as_one_that_trails(alpha):
+    """Both lags are sizes: what a steady manoeuvre of one unit, or of the target's strength, leaves in the long run."""
+    gains, times = Gains((alpha, 0.3)), np.arange(300.0)
+    seen = Measurements(times, times[:, None] ** 2, 1.0)
+    truth = Truth(times, np.stack((times**2, 2 * times, 0 * times + 2, 0 * times, 0 * times), axis=1)[:, None])
+    track = run_filter(seen, gains)
+    left = abs(float(seen.positions[-1, 0] - track.smoothed[-1, 0, 0]))
+    assert measure(track, seen, truth, gains, stable=True).lag == pytest.approx(left, rel=1e-9)
+    assert 2 * merits(gains, 1.0)["unit_lag"] == pytest.approx(left, rel=1e-9)
 
 
 @pytest.mark.parametrize("interval", [0, -1, math.nan, 1e300])

@@ -11,6 +11,7 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from tracker_core import DESIGNS, Gains, InputError
 from tracker_core.analysis import steady_lag
+from tracker_core.poles import gains_from_poles
 from tracker_core.responses import (
     HORIZON,
     error_change,
@@ -318,8 +319,7 @@ def test_a_frequency_outside_is_refused(frequency):
 # Steps, ramps, parabolas -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("order", ORDERS)
-@pytest.mark.parametrize("degree", [0, 1, 2])
+@pytest.mark.parametrize(("order", "degree"), [(order, degree) for order in ORDERS for degree in range(order + 1)])
 def test_time_response_is_the_textbook_loop(plain_track, stable_gains, order, degree):
     for g in stable_gains(order, 5, seed=order):
         found = time_response(Gains.normalised(g), degree, 50)
@@ -330,11 +330,16 @@ def test_time_response_is_the_textbook_loop(plain_track, stable_gains, order, de
         assert found.smoothed == pytest.approx(smoothed[:, 0], rel=1e-10, abs=1e-10)
 
 
-def test_the_response_to_a_parabola_settles_to_the_lag():
-    """Order 2 under unit acceleration."""
-    gains = Gains((0.5, 0.2))
-    found = time_response(gains, 2, 200)
-    assert found.input[-1] - found.smoothed[-1] == pytest.approx(lag_coefficient(gains.vector), rel=1e-9)
+@pytest.mark.parametrize("gains", [Gains((0.5, 0.2)), Gains((0.6, 0.3, 0.05)), Gains((0.8, 0.6, 0.25, 0.05))], ids=str)
+def test_the_response_to_the_power_of_the_order_settles_to_the_lag(gains):
+    """By the final value theorem: order 2 under unit acceleration, 3 under unit jerk, 4 under unit snap."""
+    found = time_response(gains, gains.order, 200)
+    smoothed, predicted = found.input[-1] - found.smoothed[-1], found.input[-1] - found.predicted[-1]
+    assert smoothed == pytest.approx((1 - gains.vector[0]) / gains.vector[-1], rel=1e-7)
+    assert predicted == pytest.approx(1 / gains.vector[-1], rel=1e-7)
+    for degree in range(gains.order):
+        below = time_response(gains, degree, 400)
+        assert below.input[-1] - below.smoothed[-1] == pytest.approx(0, abs=1e-9 * max(1, below.input[-1]))
 
 
 def test_an_unstable_response_grows_and_stops():
@@ -398,6 +403,43 @@ def test_a_response_beyond_the_horizon_has_not_settled():
     assert np.isfinite(overshoot).tolist() == [True, False]
     assert settling[0] < HORIZON
     assert settling[1] == math.inf
+
+
+def poles_at(*poles):
+    """Gains that put the poles there."""
+    return gains_from_poles([complex(pole) for pole in poles])
+
+
+@pytest.mark.parametrize(
+    "g",
+    [
+        *(DESIGNS["fading-memory"].gains(2, xi=xi) for xi in (0.9985, 0.999, 0.9994)),
+        DESIGNS["fading-memory"].gains(3, xi=0.998),
+        DESIGNS["fading-memory"].gains(4, xi=0.997),
+        poles_at(0.999 + 0.02j, 0.999 - 0.02j),
+        poles_at(0.9989 + 0.03j, 0.9989 - 0.03j, 0.3),
+        poles_at(0.99, 0.995 + 0.05j, 0.995 - 0.05j, 0.5),
+        # One slow pole of which little is to be seen.
+        poles_at(0.5, 0.9999),
+        poles_at(0.2, 0.9, 0.99999),
+    ],
+    ids=range(10),
+)
+def test_slow_filters_settle_when_their_long_response_does(closed_loop, g):
+    """The error of the state for 30,000 steps of its transition matrix."""
+    f = closed_loop(np.zeros(len(g)))
+    step, error = f - np.outer(g, f[0]), -np.eye(len(g))[0]
+    x = np.array([(error := step @ error)[0] for _ in range(30_000)])
+    outside = np.flatnonzero(np.abs(x) > 0.02)
+    overshoot, settling = step_figures(g)
+    assert settling == (outside[-1] + 1 if outside.size else 0)
+    assert overshoot == pytest.approx(max(x.max(), 0), rel=1e-6, abs=1e-7)
+
+
+def test_the_settling_of_slow_filters_is_known():
+    """Critically damped filters of order 2, by a plain loop."""
+    g = np.array([DESIGNS["fading-memory"].gains(2, xi=xi) for xi in (0.9985, 0.999)])
+    assert step_figures(g)[1].tolist() == [3591, 5388]
 
 
 def test_step_figures_have_the_shape_of_what_they_are_given(stable_gains):

@@ -200,6 +200,11 @@ def test_intervals_are_those_of_paired_differences():
         expected = ttest_1samp(each[:, 1 + number] - each[:, 0], 0).confidence_interval(0.95)
         assert (interval.low, interval.high) == pytest.approx((expected.low, expected.high), rel=1e-8)
         assert found.fresh.worse(number) == (expected.low > 0)
+        # In percent, as if the ratio of the means were known: the delta method.
+        rest = each[:, 1 + number] - each[:, 1 + number].mean() / each[:, 0].mean() * each[:, 0]
+        ratio = ttest_1samp(rest, 0).confidence_interval(0.95)
+        percent, size = found.fresh.percents[number], each[:, 0].mean()
+        assert percent.high - percent.mean == pytest.approx(100 * ratio.high / size, rel=1e-6, abs=1e-9)
 
 
 def test_what_a_search_learns_by_heart_is_not_sold():

@@ -123,7 +123,8 @@ def test_samples_whose_truth_nobody_knows_do_not_count(varying):
 @pytest.mark.parametrize("nobody", ["none", "nan"])
 def test_without_a_truth_there_are_innovations_alone(varying, nobody):
     times, truth, positions = scene()
-    measurements = Measurements(times, positions, None) if varying else Measurements(times, positions, 1.5)
+    even = Measurements(1.5 * np.arange(len(truth)), positions, 1.5)
+    measurements = Measurements(times, positions, None) if varying else even
     unknown = None if nobody == "none" else np.full_like(truth[None], np.nan)
     runs = Runs(positions[None], unknown, 1.5, times if varying else None)
     sets = np.array([DESIGNS["fading-memory"].gains(2, xi=xi) for xi in XI])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from tracker_core import InputError
-from tracker_core.statistics import least_places, mean_interval, place_interval, t_quantile, two_sided
+from tracker_core.statistics import least_places, mean_interval, percent_more, place_interval, t_quantile, two_sided
 
 FREEDOMS = (1, 2, 3, 4, 5, 10, 19, 20, 99, 200, 399, 400, 401, 500, 1_000, 10_000, 10**6)
 
@@ -54,6 +54,37 @@ def test_one_run_has_no_interval():
     mean, width = mean_interval(np.array([[1.0, 2.0]]))
     assert mean.tolist() == [1, 2]
     assert np.isnan(width).all()
+
+
+@pytest.mark.parametrize("runs", [2, 5, 40])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_percent_of_a_mean_that_is_uncertain_itself(runs, sign):
+    """By the delta method: the variance of the ratio of two means from their covariance matrix."""
+    draw = np.random.default_rng(runs)
+    base = sign * draw.normal(5, 1, runs)
+    values = 1.3 * base + draw.normal(0, 0.4, runs)
+    found = percent_more(values, base, 0.9)
+    covariance, mean, ratio = np.cov(values, base) / runs, base.mean(), values.mean() / base.mean()
+    slopes = np.array([1, -ratio]) / mean
+    width = 100 * stats.t.ppf(0.95, runs - 1) * np.sqrt(slopes @ covariance @ slopes)
+    assert found.mean == pytest.approx(sign * 100 * (ratio - 1), rel=1e-12)
+    assert (found.high - found.mean, found.mean - found.low) == pytest.approx((width, width), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("values", "base", "mean"),
+    [
+        ([3.0], [2.0], 50.0),
+        ([1.0, 2.0], [0.0, 0.0], np.nan),
+        ([1.0, 2.0], [-1.0, 1.0], np.nan),
+        ([1.0, np.nan], [1.0, 1.0], np.nan),
+        ([1.0, 2.0], [np.inf, 1.0], np.nan),
+        ([np.inf, 2.0], [np.inf, 1.0], np.nan),
+    ],
+)
+def test_percent_without_an_interval(values, base, mean):
+    found = percent_more(np.array(values), np.array(base))
+    assert np.array_equal([found.mean, found.low, found.high], [mean, np.nan, np.nan], equal_nan=True)
 
 
 @given(vertex=st.floats(0.05, 0.95), bend=st.floats(0.1, 100), points=st.integers(3, 60))

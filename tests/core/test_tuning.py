@@ -59,7 +59,8 @@ def test_a_parameter_sets_what_it_says(parameter, order):
         assert changed == replace(experiment, xi=0.3)
     else:
         expected = {
-            "tracking_index": 0.3, "process_variance": 4 * sqrt(0.3), "sensor_variance": 1 / sqrt(0.3),
+            "tracking_index": 0.3, "process_variance": {2: 4, 3: 4, 4: 8}[order] * sqrt(0.3),
+            "sensor_variance": 1 / sqrt(0.3),
         }[parameter]  # fmt: skip
         assert changed.tracking_index == pytest.approx(expected, rel=1e-15)
         assert changed.order == order
@@ -170,6 +171,12 @@ def test_unstable_values_are_no_optimum():
     assert isnan(nothing.score.mean)
 
 
+def percent_width(one, other):
+    """Half the interval of a ratio of paired means, in percent: as if the ratio were known (the delta method)."""
+    rest = one - one.mean() / other.mean() * other
+    return 100 * t_quantile(0.95, len(one) - 1) * rest.std(ddof=1) / sqrt(len(one)) / other.mean()
+
+
 def test_what_tuning_without_the_truth_costs():
     experiment = Experiment.from_dict({})
     values = usual_values(experiment, "xi", points=41)
@@ -180,6 +187,7 @@ def test_what_tuning_without_the_truth_costs():
     cost = outcome.cost(0, 1)
     assert cost.mean == pytest.approx(expected, rel=1e-12)
     assert 0 <= cost.low < cost.mean < cost.high
+    assert cost.high - cost.mean == pytest.approx(percent_width(judged[:, taken], judged[:, best]), rel=1e-9)
     assert outcome.cost(1, 1).mean == 0
     still = Experiment.from_dict({"scenario": "constant-velocity", "noise": "none", "order": 2})
     without = last(Sweep(still, "xi", (0.3, 0.5), "innovation_rmse", beside=("estimation_rmse",)))
@@ -245,6 +253,18 @@ def test_every_cell_of_a_map_is_a_run_with_its_gains(order, plane):
             assert mean[row, column] == pytest.approx(np.mean(errors), rel=1e-10)
             cell += 1
     assert cell == len(outcome.vectors)
+
+
+def test_what_not_knowing_the_truth_costs_on_a_map():
+    experiment = Experiment.from_dict(SHORT | {"order": 2})
+    study = Map(experiment, ("alpha", "beta"), "innovation_rmse", 12, 12, runs=6, beside=("estimation_rmse",))
+    outcome = last(study)
+    judged, (taken, best) = outcome.scores[1], (outcome.best(0), outcome.best(1))
+    cost = outcome.cost(0, 1)
+    assert taken != best
+    assert cost.mean == pytest.approx(100 * (judged[:, taken].mean() / judged[:, best].mean() - 1), rel=1e-9)
+    assert cost.high - cost.mean == pytest.approx(percent_width(judged[:, taken], judged[:, best]), rel=1e-9)
+    assert isnan(replace(outcome, scores=0 * outcome.scores).cost(0, 1).mean)
 
 
 def test_the_best_cell_and_its_company():
@@ -559,5 +579,12 @@ def test_where_nothing_is_left_to_chance_one_run_is_enough():
     outcome = last(Sweep(recorded, "alpha", (0.3, 0.5, 0.7), "estimation_rmse", 20))
     assert outcome.scores.shape == (1, 1, 3)
     assert isnan(outcome.optimum().low)
-    assert not has_chance(Experiment.from_dict({"noise_std": 0}))
+    silent = Experiment.from_dict({"noise_std": 0})
+    assert not has_chance(silent)
+    # One number for each axis, and pushes of no size.
+    assert not has_chance(replace(silent, noise_std=(0.0, 0.0)))
+    assert has_chance(replace(silent, noise_std=(0.0, 1.0)))
+    assert not has_chance(replace(silent, manoeuvre="acceleration-pulses", manoeuvre_std=0.0))
+    assert has_chance(replace(silent, manoeuvre="acceleration-pulses", manoeuvre_std=1.0))
+    assert has_chance(Experiment.from_dict({"noise_level": "snr", "snr": 10}))
     assert has_chance(Experiment.from_dict({"scenario": "singer", "noise": "none", "order": 2, "xi": 0.5}))

@@ -108,6 +108,49 @@ def test_noise_against_lag_needs_the_derivative_that_the_filter_lacks():
     assert "noise_lag" in objectives_of(Experiment.from_dict({"order": 4, "xi": 0.6}))
 
 
+@pytest.mark.parametrize(
+    ("scenario", "order", "still"),
+    [("constant-velocity", 2, "acceleration"), ("constant-velocity", 4, "snap"), ("constant-acceleration", 3, "jerk")],
+)
+def test_noise_is_not_weighed_against_a_lag_that_no_filter_has(scenario, order, still):
+    """Without it the smoothest filter of all would be the best."""
+    one = Experiment.from_dict({"scenario": scenario, "order": order, "xi": 0.6})
+    assert "noise_lag" not in objectives_of(one)
+    with pytest.raises(InputError, match=f"^objective must not weigh a lag that no filter has: the {still} of the"):
+        Sweep(one, "xi", (0.4, 0.6), "noise_lag")
+
+
+@pytest.mark.parametrize(
+    ("manoeuvre", "order", "weighed"),
+    [
+        ("acceleration-pulses", 2, True),
+        ("acceleration-pulses", 3, False),
+        ("acceleration-jumps", 2, True),
+        ("acceleration-jumps", 3, False),
+        ("jerk-pulses", 2, True),
+        ("jerk-pulses", 3, True),
+        ("jerk-pulses", 4, False),
+    ],
+)
+def test_random_pushes_are_a_manoeuvre_too(manoeuvre, order, weighed):
+    pushed = {"scenario": "constant-velocity", "order": order, "xi": 0.6, "manoeuvre": manoeuvre, "manoeuvre_std": 3.0}
+    assert ("noise_lag" in objectives_of(Experiment.from_dict(pushed))) == weighed
+    assert "noise_lag" not in objectives_of(Experiment.from_dict(pushed | {"manoeuvre_std": 0.0}))
+
+
+def test_the_best_filter_for_a_pushed_target_is_not_the_smoothest():
+    """w alone is the acceleration of this target, held for an interval each: D^2 = axes times its variance."""
+    values = {"scenario": "constant-velocity", "order": 2, "xi": 0.6, "noise_std": 10, "interval": 2.0}
+    one = Experiment.from_dict(values | {"manoeuvre": "acceleration-pulses", "manoeuvre_std": 0.5})
+    *_, last = Sweep(one, "xi", tuple(np.linspace(0.05, 0.95, 91)), "noise_lag").stream()
+    assert 0.1 < last.outcome.optimum().value < 0.9
+    axes, (alpha, beta) = len(one.target.axes), one.gains().vector
+    lag = (1 - alpha) * 4 / beta * 0.5
+    result = run_experiment(one)
+    assert result.metrics.lag == pytest.approx(lag * np.sqrt(axes), rel=1e-12)
+    assert [metrics.lag for metrics in result.axis_metrics()] == pytest.approx([lag] * axes, rel=1e-12)
+
+
 # The runs -------------------------------------------------------------------------------------------------------------
 
 

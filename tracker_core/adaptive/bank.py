@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import exp
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ def bank_members(members: int) -> FloatArray:
     return np.stack([DESIGNS["benedict-bordner"].gains(2, alpha=alpha) for alpha in alphas.tolist()])
 
 
-def _run(problem: Problem, members: int, decay: float) -> Selection:
+def _run(problem: Problem, members: int, decays: FloatArray) -> Selection:
     from tracker_core import kernels  # compiled code is loaded when the first filter runs
 
     samples, axes, _ = problem.shape
@@ -33,7 +32,7 @@ def _run(problem: Problem, members: int, decay: float) -> Selection:
         state, begin = draft.begin(axis)
         draft.stops.append(
             kernels.bank_choice(
-                setting.column(axis), setting.dt, gains, state, begin, setting.limit, decay,
+                setting.column(axis), setting.dt, gains, state, begin, setting.limit, decays,
                 draft.predicted[axis], draft.smoothed[axis], draft.used[axis], chosen[axis],
             )
         )  # fmt: skip
@@ -48,12 +47,12 @@ def rule(shape: Shape, parameters: Mapping[str, Any]) -> None:
 
 def in_hindsight(problem: Problem, *, members: int) -> Selection:
     """The member whose prediction lies nearest the measurement speaks."""
-    return _run(problem, members, HINDSIGHT)
+    return _run(problem, members, np.array([HINDSIGHT]))
 
 
 def causal(problem: Problem, *, members: int, memory: float) -> Selection:
     """The member with the least past innovations speaks."""
-    return _run(problem, members, exp(-problem.interval / memory))
+    return _run(problem, members, problem.decays(memory))
 
 
 def _reason(_: Mapping[str, Any]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from math import exp
 from typing import Any
 
 import numpy as np
@@ -107,6 +108,10 @@ class Problem:
     def interval(self) -> float:
         """The sampling interval, s; the median where it varies."""
         return float(np.median(self.setting.dt))
+
+    def decays(self, memory: float) -> FloatArray:
+        """What a window with a time constant, s, leaves of the past after each interval, shape that of `setting.dt`."""
+        return np.array([exp(-t / memory) for t in self.setting.dt.tolist()])
 
     def true_state(self, which: int) -> FloatArray:
         """One true state of every axis, shape (n_axes, n_samples)."""

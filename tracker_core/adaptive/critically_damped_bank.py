@@ -61,7 +61,7 @@ def work(problem: Problem, *, members: int, shortest: float, longest: float, mem
     draft.stops.append(
         kernels.bank_mixture(
             np.array(setting.z, order="C"), setting.dt, gains, states, begins, setting.limit,
-            exp(-problem.interval / memory), draft.predicted, draft.smoothed, draft.used, weights,
+            problem.decays(memory), draft.predicted, draft.smoothed, draft.used, weights,
         )
     )  # fmt: skip
     return draft.selection(members=gains, shares=weights)

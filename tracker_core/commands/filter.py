@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from tracker_core.checks import POSITIVE, InputError
+from tracker_core.checks import POSITIVE, InputError, check_choice
 from tracker_core.commands.base import Commands, add_field, complex_pairs, given, print_json
 from tracker_core.conventions import CONVENTIONS, Gains
-from tracker_core.design import DESIGNS
+from tracker_core.design import DESIGNS, Design
+from tracker_core.design.steady_kalman import tracking_index_of
 from tracker_core.experiment import PARAMETERS
 from tracker_core.exports import gains_dict
 from tracker_core.fields import FIELDS, INTERVAL
@@ -25,7 +26,9 @@ def add(commands: Commands) -> None:
     design.add_argument("name", metavar="NAME", help=", ".join(DESIGNS))
     for name in ("order", "convention", *PARAMETERS):
         add_field(design, name)
-    design.add_argument("--process-std", metavar="σ_w", help="manoeuvre noise, m/s²: with the next two, gives Λ")
+    design.add_argument(
+        "--process-std", metavar="σ_w", help="manoeuvre noise, m/s², order 4 m/s³: with the next two, gives Λ"
+    )
     design.add_argument("--sensor-std", metavar="σ_v", help="measurement noise, m")
     add_field(design, "interval")
     design.set_defaults(action=_design)
@@ -37,23 +40,22 @@ def add(commands: Commands) -> None:
 
 
 def _design(options: argparse.Namespace) -> None:
-    if options.name not in DESIGNS:
-        raise InputError("design", f"must be one of {', '.join(DESIGNS)}", options.name)
+    design = DESIGNS[check_choice("design", options.name, DESIGNS)]
     values = given(options, PARAMETERS)
     noise = given(options, ("process_std", "sensor_std", "interval"))
     if noise and "tracking_index" in values:
         raise InputError(
             "tracking_index", "must be left out where it follows from process_std", values["tracking_index"]
         )
-    if noise:
-        values["tracking_index"] = _tracking_index(noise)
     order = FIELDS["order"].read("order", options.order) if options.order is not None else None
+    if noise:
+        values["tracking_index"] = _tracking_index(design, order, noise)
     convention = FIELDS["convention"].read(
         "convention", "normalised" if options.convention is None else options.convention
     )
-    gains = Gains.normalised(DESIGNS[options.name].gains(order, **values)).to(convention)
+    gains = Gains.normalised(design.gains(order, **values)).to(convention)
     verdict = assess(gains)
-    summary = {"design": options.name, "order": gains.order, **gains_dict(gains), "poles": complex_pairs(verdict.poles)}
+    summary = {"design": design.name, "order": gains.order, **gains_dict(gains), "poles": complex_pairs(verdict.poles)}
     if options.json:
         print_json(summary)
         return
@@ -63,13 +65,16 @@ def _design(options: argparse.Namespace) -> None:
     print("poles ", ", ".join(f"{pole:.6g}" for pole in verdict.poles))
 
 
-def _tracking_index(noise: dict[str, Any]) -> float:
+def _tracking_index(design: Design, order: int | None, noise: dict[str, Any]) -> float:
+    if "tracking_index" not in design.parameters:
+        name, value = next(iter(noise.items()))
+        raise InputError(name, f"must be left out for the design '{design.name}'", value)
     for name in ("process_std", "sensor_std", "interval"):
         if name not in noise:
             raise InputError(name, "must be given with the other two of process_std, sensor_std, interval", None)
     interval = INTERVAL.check("interval", noise["interval"])
     process, sensor = (POSITIVE.check(name, noise[name]) for name in ("process_std", "sensor_std"))
-    return process * interval**2 / sensor
+    return tracking_index_of(order or design.orders[0], process, sensor, interval)
 
 
 def _stability(options: argparse.Namespace) -> None:

@@ -20,6 +20,23 @@ from tracker_core.poles import gains_from_offsets
 from tracker_core.types import ORDERS, FloatArray
 
 
+def time_power(order: int) -> int:
+    """p in L = sigma_w T^p/sigma_v: what disturbs the target is an acceleration (m/s^2), at order 4 a jerk (m/s^3)."""
+    return 3 if order == 4 else 2
+
+
+def tracking_index_of(order: int, process_std: float, sensor_std: float, interval: float) -> float:
+    """L = sigma_w T^2/sigma_v, for order 4 sigma_w T^3/sigma_v.
+
+    Args:
+        order: of the filter.
+        process_std: sigma_w, m/s^2, for order 4 m/s^3.
+        sensor_std: sigma_v, m.
+        interval: T, s.
+    """
+    return process_std * interval ** time_power(order) / sensor_std
+
+
 def optimal_gains(order: int, tracking_index: float) -> FloatArray:
     """The steady-state Kalman gains, normalised, shape (order,).
 

@@ -14,22 +14,25 @@ from tracker_core.types import FloatArray, IntArray
 
 @compiled
 def bank_choice(
-    z: FloatArray, dt: FloatArray, members: FloatArray, state: FloatArray, begin: int, limit: float, decay: float,
+    z: FloatArray, dt: FloatArray, members: FloatArray, state: FloatArray, begin: int, limit: float, decays: FloatArray,
     predicted: FloatArray, smoothed: FloatArray, used: FloatArray, chosen: IntArray,
 ) -> int:  # fmt: skip
     """A bank of alpha-beta filters over one axis, of which one speaks at every sample: members (K, 2), state (2,).
 
-    With a decay in [0, 1) the prediction is that of the member with the least past innovation power, the smoothed
-    state that of the least one including the present innovation. With a negative decay the member whose prediction
-    lies nearest the measurement speaks: hindsight. Of equally good ones the first is taken.
+    `decays`, like dt, is what is left of a past innovation's weight after each interval. With decays in [0, 1) the
+    prediction is that of the member with the least past innovation power, the smoothed state that of the least one
+    including the present innovation. With one negative decay the member whose prediction lies nearest the measurement
+    speaks: hindsight. Of equally good ones the first is taken.
     """
     n, count = z.shape[0], members.shape[0]
+    hindsight = decays[0] < 0
     powers = np.zeros(count)
     x, v = np.full(count, state[0]), np.full(count, state[1])
     before = x.copy()
     speaker = 0
     for i in range(begin, n):
         t = dt[i] if dt.shape[0] > 1 else dt[0]
+        decay = 0.0 if hindsight else decays[i] if decays.shape[0] > 1 else decays[0]
         observed = not np.isnan(z[i])
         nearest = 0
         least = np.inf
@@ -37,13 +40,14 @@ def bank_choice(
         for k in range(count):
             x[k] = x[k] + t * v[k]
             before[k] = x[k]
+            powers[k] = decay * powers[k]
             if observed:
                 e = z[i] - x[k]
-                powers[k] = decay * powers[k] + e * e if decay >= 0 else e * e
+                powers[k] += e * e
                 if powers[k] < least:
                     least = powers[k]
                     nearest = k
-        if observed and decay < 0:
+        if observed and hindsight:
             speaker = nearest
             slow = v[speaker]
         predicted[i, 0] = before[speaker]
@@ -66,13 +70,14 @@ def bank_choice(
 @compiled
 def bank_mixture(
     z: FloatArray, dt: FloatArray, members: FloatArray, states: FloatArray, begins: IntArray, limit: float,
-    decay: float, predicted: FloatArray, smoothed: FloatArray, used: FloatArray, weights: FloatArray,
+    decays: FloatArray, predicted: FloatArray, smoothed: FloatArray, used: FloatArray, weights: FloatArray,
 ) -> int:  # fmt: skip
     """A bank of filters over all axes whose mean, weighted by past innovation power, is the track.
 
     z (n, a), members (K, m), states (a, K, m), outputs (a, n, m), weights (n, K). The weight of a member is in
-    proportion to J^(-N/2): J its innovation power over a window that fades by `decay` per measured sample, all axes
-    added, and N the sum of that window's weights. Predictions are weighted by what was known before the measurement.
+    proportion to J^(-N/2): J its innovation power over a window, all axes added, and N the sum of that window's
+    weights; `decays`, like dt, is what is left of them after each interval. Predictions are weighted by what was known
+    before the measurement.
     """
     n, axes = z.shape
     count, order = members.shape
@@ -87,10 +92,10 @@ def bank_mixture(
         measured = False
         for a in range(axes):
             measured = measured or (i >= begins[a] and not np.isnan(z[i, a]))
-        if measured:
-            effective = decay * effective + 1.0
-            for k in range(count):
-                powers[k] = decay * powers[k]
+        decay = decays[i] if decays.shape[0] > 1 else decays[0]
+        effective = decay * effective + (1.0 if measured else 0.0)
+        for k in range(count):
+            powers[k] = decay * powers[k]
         for a in range(axes):
             if i < begins[a]:
                 continue

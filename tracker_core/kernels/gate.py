@@ -6,10 +6,13 @@ import numpy as np
 
 from tracker_core.kernels.compiled import compiled
 from tracker_core.kernels.motion import powers_of
-from tracker_core.types import BoolArray, FloatArray, IntArray
+from tracker_core.types import HANDOVER, BoolArray, FloatArray, IntArray
 
 HUGE = 1e100
 """A variance that has grown to this grows no further: the gate is open, and nothing overflows."""
+
+FAR = 1e50
+"""The root of HUGE: a state counts as no more standard deviations off than this."""
 
 
 @compiled
@@ -87,6 +90,14 @@ def correct_covariance(gain: FloatArray, covariance: FloatArray, work: FloatArra
 
 
 @compiled
+def correct(z: float, gain: FloatArray, state: FloatArray) -> None:
+    """state += gain (z - state[0]) in place."""
+    e = z - state[0]
+    for r in range(state.shape[0]):
+        state[r] += gain[r] * e
+
+
+@compiled
 def scale(factor: float, covariance: FloatArray) -> None:
     """covariance *= factor."""
     for r in range(covariance.shape[0]):
@@ -110,7 +121,7 @@ def believe(
     if growing:
         for r in range(state.shape[0]):
             learnt[r] = memory[r, 0] / (memory[0, 0] + 1.0)
-        if learnt[0] <= alpha:
+        if learnt[0] <= alpha * HANDOVER:
             # The steady filter takes this sample over, and predicts it itself.
             growing = False
             keep(before, state)
@@ -119,11 +130,36 @@ def believe(
         else:
             learn(learnt, memory, work)
     k = learnt if growing else gain
-    e = z - state[0]
-    for r in range(state.shape[0]):
-        state[r] += k[r] * e
+    correct(z, k, state)
     correct_covariance(k, error, work)
     return growing
+
+
+@compiled
+def accompany(
+    z: float, alpha: float, gain: FloatArray, std: float, guide: FloatArray, state: FloatArray, error: FloatArray,
+    memory: FloatArray, learnt: FloatArray, work: FloatArray,
+) -> bool:  # fmt: skip
+    """Correct least squares beside an axis, before the axis itself is; returns whether it goes on.
+
+    Once its position gain has fallen to alpha, what it says that the state is wrong by becomes a part of the state's
+    covariance, which the filter's own gains rule from then on.
+    """
+    order = state.shape[0]
+    for r in range(order):
+        learnt[r] = memory[r, 0] / (memory[0, 0] + 1.0)
+    if learnt[0] <= alpha * HANDOVER:
+        for r in range(order):
+            work[0, r] = min(max((guide[r] - state[r]) / std, -FAR), FAR)
+        for r in range(order):
+            for c in range(order):
+                error[r, c] += work[0, r] * work[0, c]
+        correct_covariance(gain, error, work)
+        return False
+    learn(learnt, memory, work)
+    correct(z, learnt, guide)
+    correct_covariance(learnt, error, work)
+    return True
 
 
 @compiled
@@ -140,9 +176,9 @@ def start_end(smoothed: FloatArray, begins: IntArray, limit: float) -> int:
 @compiled
 def gated_track(
     z: FloatArray, dt: FloatArray, g: FloatArray, states: FloatArray, begins: IntArray, growing: BoolArray,
-    memories: FloatArray, errors: FloatArray, sensor: FloatArray, width: float, process: float, interval: float,
-    patience: int, doubt: float, limit: float, predicted: FloatArray, smoothed: FloatArray, spread: FloatArray,
-    rejected: BoolArray,
+    guides: FloatArray, known: IntArray, beside: BoolArray, memories: FloatArray, errors: FloatArray,
+    sensor: FloatArray, width: float, process: float, interval: float, patience: int, doubt: float, limit: float,
+    predicted: FloatArray, smoothed: FloatArray, spread: FloatArray, rejected: BoolArray,
 ) -> int:  # fmt: skip
     """All axes side by side, from their state and sample on; returns the index at which the run stopped.
 
@@ -150,13 +186,15 @@ def gated_track(
 
     z, spread (axes, n); states (axes, order), updated in place; begins (axes,); growing (axes,) marks those in which
     least squares goes on, with covariances memories (axes, order, order), until its position gain has fallen to g[0].
-    errors (axes, order, order): covariance of the states on the model, measurement variance 1. sensor (axes,), m.
-    `process` is the variance of the model's noise at `interval`. See `tracker_core.gating` for the rest.
+    beside (axes,) marks those in which it goes on so beside the filter, with states guides (axes, order), updated in
+    place. errors (axes, order, order): covariance of the states, or guides, on the model, measurement variance 1; they,
+    guides and memories belong to the sample before known (axes,). sensor (axes,), m. `process` is the variance of the
+    model's noise at `interval`. See `tracker_core.gating` for the rest.
     """
     axes, n, order = z.shape[0], z.shape[1], g.shape[0]
-    begin, opened = begins[0], begins[0]
+    begin, opened = begins[0], known[0]
     for axis in range(axes):
-        begin, opened = min(begin, begins[axis]), max(opened, begins[axis])
+        begin, opened = min(begin, begins[axis]), max(opened, known[axis])
     end = start_end(smoothed, begins, limit)
     forward, back = np.zeros(order + 1), np.zeros(order + 1)
     ahead, gain, learnt = np.ones(4), np.zeros(order), np.zeros(order)
@@ -174,13 +212,18 @@ def gated_track(
             if i < begins[axis]:
                 continue
             state, error = states[axis], errors[axis]
-            carry_covariance(forward, error, work)
-            disturb(forward, rate, error)
-            if growing[axis]:
-                carry_covariance(forward, memories[axis], work)
             carry(forward if growing[axis] else ahead, state)
             keep(state, predicted[axis, i])
+            if i < known[axis]:
+                continue
+            carry_covariance(forward, error, work)
+            disturb(forward, rate, error)
+            if growing[axis] or beside[axis]:
+                carry_covariance(forward, memories[axis], work)
             spread[axis, i] = sensor[axis] * np.sqrt(error[0, 0] + 1.0)
+            if beside[axis]:
+                carry(forward, guides[axis])
+                spread[axis, i] = np.hypot(spread[axis, i], guides[axis, 0] - state[0])
             e = z[axis, i] - state[0]
             if not np.isnan(e):
                 measured = True
@@ -198,10 +241,18 @@ def gated_track(
                 if refusals >= patience:
                     scale(doubt, error)
             elif not np.isnan(z[axis, i]):
-                growing[axis] = believe(
-                    z[axis, i], g[0], gain, ahead, growing[axis], smoothed[axis, i - 1], state, error, memories[axis],
-                    learnt, work, predicted[axis, i],
-                )  # fmt: skip
+                if beside[axis]:
+                    if i >= known[axis]:
+                        beside[axis] = accompany(
+                            z[axis, i], g[0], gain, sensor[axis], guides[axis], state, error, memories[axis], learnt,
+                            work,
+                        )  # fmt: skip
+                    correct(z[axis, i], gain, state)
+                else:
+                    growing[axis] = believe(
+                        z[axis, i], g[0], gain, ahead, growing[axis], smoothed[axis, i - 1], state, error,
+                        memories[axis], learnt, work, predicted[axis, i],
+                    )  # fmt: skip
             if error[0, 0] > HUGE:
                 scale(HUGE / error[0, 0], error)
             keep(state, smoothed[axis, i])

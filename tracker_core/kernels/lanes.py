@@ -28,7 +28,7 @@ from tracker_core.kernels.steps import (
     step3,
     step4,
 )
-from tracker_core.types import BoolArray, FloatArray, IntArray
+from tracker_core.types import HANDOVER, BoolArray, FloatArray, IntArray
 
 STRIP = 32
 """Samples that are moved at a time."""
@@ -71,7 +71,7 @@ def lane_errors(
         t: the interval.
         gains: shape (c, order, LANES), normalised.
         opening: shape (axes, b, order), normalised gains of the start at the first b samples.
-        until: shape (axes, b): they are used by the lanes whose position gain is less than this.
+        until: shape (axes, b): they are used by the lanes whose position gain times HANDOVER is less than this.
         before: shape (axes, order, LANES), the state one interval before the first sample.
         farthest: the greatest magnitude of a true position.
         limit: of the magnitude of a smoothed position.
@@ -188,7 +188,7 @@ def _prepare(
         for lane in range(LANES):
             states[axis, KEPT_HERE, lane] = states[axis, ESTIMATION, lane]
             missing = np.isnan(at(z, i, axis, lane))
-            starting = i < until.shape[1] and until[axis, i] > gains[c, 0, lane]
+            starting = i < until.shape[1] and until[axis, i] > gains[c, 0, lane] * HANDOVER
             back = 1.0
             for r in range(gains.shape[1]):
                 if missing:

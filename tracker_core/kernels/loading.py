@@ -5,6 +5,8 @@ Without this, the first call would compile it, here and now.
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -21,35 +23,59 @@ def held() -> bool:
     return any(getattr(getattr(kernels, name), "waits", False) for name in SIGNATURES)
 
 
+_LOG = logging.getLogger(__name__)
+
+
 class Loading:
     """All kernels of this process on their way.
 
     Args:
-        ready: called once those are loaded that every page needs.
+        ready: called once those are loaded that every page needs, and all others that are compiled already.
     """
 
     def __init__(self, ready: Callable[[], None]) -> None:
         self._ready = ready
         self._kernels: dict[str, Any] = {name: getattr(kernels, name) for name in SIGNATURES}
         self._here = {name: threading.Event() for name in SIGNATURES}
-        self._needed = set(FIRST)
+        self._stopped = False
         self.preparation = Preparation(TARGET, ROOT, self._load)
+        self._needed = set(FIRST) | SIGNATURES.keys() - self.preparation.missing
 
     def run(self) -> None:
-        """Load all kernels, those first that are compiled already; returns when nothing is left to wait for."""
+        """Load all kernels, those first that are compiled already; returns when nothing is left to wait for.
+
+        What no other process could compile is compiled here, and now. One that cannot be compiled at all stays one
+        that is waited for: whoever calls it finds out in a thread, and where every page needs it nobody is ready.
+        """
         for name in SIGNATURES:
             setattr(kernels, name, self._waiting(name))
         try:
             self.preparation.run()
-        finally:
-            # What could not be compiled elsewhere is compiled by whoever calls it.
             for name in SIGNATURES:
-                self._release(name)
-            self._reach(set(FIRST))
+                if not (self._here[name].is_set() or self._stopped):
+                    self._make(name)
+        finally:
+            for name in SIGNATURES:
+                if self._stopped:
+                    self._release(name)
+                self._here[name].set()
 
     def stop(self) -> None:
         """End the compilers."""
+        self._stopped = True
         self.preparation.stop()
+
+    def _make(self, name: str) -> None:
+        """Compile a kernel in this thread: slower and with more memory than elsewhere, but nobody waits for it."""
+        _LOG.warning("A kernel that could not be compiled elsewhere is compiled here", extra={"kernel": name})
+        try:
+            for signature in SIGNATURES[name]:
+                # Where it merely cannot be kept, it is there all the same.
+                with contextlib.suppress(OSError):
+                    self._kernels[name].compile(signature)
+            self._load(Compiled(name, len(SIGNATURES[name]), None))
+        except Exception:  # noqa: BLE001 - the others are to be loaded as well
+            _LOG.exception("A kernel cannot be compiled", extra={"kernel": name})
 
     def _load(self, compiled: Compiled) -> None:
         make(self._kernels[compiled.kernel], compiled.kernel)

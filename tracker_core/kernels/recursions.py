@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from tracker_core.kernels.compiled import compiled
-from tracker_core.types import FloatArray, IntArray
+from tracker_core.types import HANDOVER, FloatArray, IntArray
 
 
 @compiled
@@ -206,7 +206,7 @@ def least_squares_start(
         observed = not np.isnan(z[i])
         for r in range(order):
             gain[r] = covariance[r, 0] / (covariance[0, 0] + 1.0)
-        if observed and gain[0] <= alpha:
+        if observed and gain[0] <= alpha * HANDOVER:
             # The steady filter takes this sample over, and predicts it itself.
             for r in range(order):
                 state[r] = smoothed[i - 1, r]
@@ -243,34 +243,90 @@ def autoregress(decay: FloatArray, series: FloatArray) -> None:
 
 
 @compiled
+def energy(g: FloatArray, order: int, power: FloatArray, work: FloatArray, total: FloatArray) -> None:
+    """total = sum over k of (A^k)' h h' A^k, A = (I - K H) F, h h' picking the position; zero beyond the order.
+
+    With an error s of the smoothed state, s' total s is the sum of the squares of all position errors from that one on.
+    Each round doubles the number of terms. All are (4, 4); power and work are room.
+    """
+    for r in range(order):
+        first, entry = 1.0, 1.0
+        for c in range(order):
+            first = first / c if c > 0 else first
+            if c > r:
+                entry = entry / (c - r)
+            power[r, c] = (entry if c >= r else 0.0) - g[r] * first
+    for r in range(4):
+        for c in range(4):
+            total[r, c] = 1.0 if r == c == 0 else 0.0
+    for _ in range(60):
+        for r in range(order):
+            for c in range(order):
+                work[r, c] = 0.0
+                for k in range(order):
+                    work[r, c] += total[r, k] * power[k, c]
+        before, added = 0.0, 0.0
+        for r in range(order):
+            before += total[r, r]
+        for r in range(order):
+            for c in range(order):
+                term = 0.0
+                for k in range(order):
+                    term += power[k, r] * work[k, c]
+                total[r, c] += term
+                if r == c:
+                    added += term
+        if not added > 1e-16 * before:
+            break
+        for r in range(order):
+            for c in range(order):
+                work[r, c] = 0.0
+                for k in range(order):
+                    work[r, c] += power[r, k] * power[k, c]
+        power, work = work, power
+
+
+@compiled
 def step_response(gains: FloatArray, band: float, horizon: int, overshoot: FloatArray, settling: FloatArray) -> None:
     """Overshoot and settling time of the smoothed step response for every row of gains (n, 4), zero where unused.
 
-    Follows the error of the state, which starts at -1 in the position; it is left once nothing of it is to be seen.
+    Follows the error of the state, which starts at -1 in the position, until what is left of it can neither leave the
+    band nor shoot higher: no position error is greater than the root of the sum of its own square and of all later
+    ones. NaN and infinity where the response is outside the band after `horizon` samples, or may be after four times as
+    many, and for NaN among the gains.
     """
+    power, work, total = np.zeros((4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
     for point in range(gains.shape[0]):
-        g0, g1, g2, g3 = gains[point, 0], gains[point, 1], gains[point, 2], gains[point, 3]
+        g = gains[point]
+        order = 4
+        while order > 2 and g[order - 1] == 0:
+            order -= 1
+        overshoot[point], settling[point] = np.nan, np.inf
+        if np.isnan(g[0]):
+            continue
+        energy(g, order, power, work, total)
         x, v, a, j = -1.0, 0.0, 0.0, 0.0
         highest = 0.0
         last = 0
-        settled = False
-        for k in range(1, horizon + 1):
+        for k in range(1, 4 * horizon + 1):
             x += v + a / 2 + j / 6
             v += a + j / 2
             a += j
             e = -x
-            x += g0 * e
-            v += g1 * e
-            a += g2 * e
-            j += g3 * e
+            x += g[0] * e
+            v += g[1] * e
+            a += g[2] * e
+            j += g[3] * e
             highest = max(highest, x)
             if not abs(x) <= band:
                 last = k
-            size = abs(x) + abs(v) + abs(a) + abs(j)
-            if size < 1e-7:
-                settled = True
-                break
-            if not size < 1e12:
-                break
-        overshoot[point] = highest if settled else np.nan
-        settling[point] = last if settled else np.inf
+                if k > horizon:
+                    break
+            elif k % 8 == 0 or k == 4 * horizon:
+                left = total[0, 0] * x * x + 2 * x * (total[0, 1] * v + total[0, 2] * a + total[0, 3] * j)
+                left += total[1, 1] * v * v + 2 * v * (total[1, 2] * a + total[1, 3] * j)
+                left += total[2, 2] * a * a + 2 * a * total[2, 3] * j + total[3, 3] * j * j
+                if left <= band * band:
+                    overshoot[point], settling[point] = highest, last
+                    if left <= max(highest, 1e-7) ** 2:
+                        break

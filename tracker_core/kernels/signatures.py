@@ -27,16 +27,16 @@ FIRST: dict[str, Signatures] = {
 
 LATER: dict[str, Signatures] = {
     "gated_track": (
-        (_F2, _F1, _F1, _F2, _I1, _B1, _F3, _F3, _F1, _F, _F, _F, _I, _F, _F, _F3, _F3, _F2, _B1),
+        (_F2, _F1, _F1, _F2, _I1, _B1, _F2, _I1, _B1, _F3, _F3, _F1, _F, _F, _F, _I, _F, _F, _F3, _F3, _F2, _B1),
     ),
     "lane_errors": (_lanes(_F2, _F2), _lanes(_F3, _F2), _lanes(_F3, _F3)),
     "profile": ((_F2, _B1, _F1, _I, _F1, _F, _I, _F3),),
     "deletions": ((_F2, _B1, _F1, _I, _F, _F, _F2),),
     "track_errors": ((_F2, _F2, _F1, _F2, _F2, _I1, _F2, _F2, _F, _F3),),
     "sample_search": ((_F1, _F1, _F1, _I, _FIXED, _B, _I1, _I1, _F1, _I, _F, _F2, _F2, _F2),),
-    "bank_mixture": ((_F2, _F1, _F2, _F3, _I1, _F, _F, _F3, _F3, _F3, _F2),),
+    "bank_mixture": ((_F2, _F1, _F2, _F3, _I1, _F, _F1, _F3, _F3, _F3, _F2),),
     "scheduled": ((_F1, _F1, _F2, _F1, _I, _F, _F2, _F2, _F2),),
-    "bank_choice": ((_F1, _F1, _F2, _F1, _I, _F, _F, _F2, _F2, _F2, _I1),),
+    "bank_choice": ((_F1, _F1, _F2, _F1, _I, _F, _F1, _F2, _F2, _F2, _I1),),
     "candidate_scores": ((_F1, _F1, _F1, _I, _FIXED, _F1, _I, _F, _F1),),
     "window_search": ((_F1, _F1, _F, _I, _I, _I, _I, _B, _F1, _I, _F, _F2, _F2, _F2),),
     "transposed": ((_F3, _I1, _F3, _B1),),

@@ -76,8 +76,9 @@ def check_scores(field: str, value: object, scores: int) -> None:
 
 def has_chance(experiment: Experiment) -> bool:
     """Whether another seed gives another run."""
-    drawn = experiment.noise not in ("none", "recorded") and experiment.noise_std != (0.0,)
-    return drawn or experiment.manoeuvre_std is not None or experiment.target.random
+    std = experiment.noise_std
+    drawn = experiment.noise not in ("none", "recorded") and (std is None or any(std))
+    return drawn or bool(experiment.manoeuvre_std) or experiment.target.random
 
 
 def knows_truth(experiment: Experiment) -> bool:

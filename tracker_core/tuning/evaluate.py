@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from math import sqrt
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from tracker_core.batch import Errors, Runs, errors_of_runs
 from tracker_core.experiment import Experiment
 from tracker_core.measured import File, deliver, parcel
 from tracker_core.responses import lag_coefficient, noise_gain
-from tracker_core.run import believed_runs, known_states, observe
+from tracker_core.run import believed_runs, known_states, observe, strength_of
 from tracker_core.stability import stable
 from tracker_core.tuning.base import BLOCK_STEPS, has_chance, steps_of
 from tracker_core.tuning.executors import ordered
@@ -148,15 +147,12 @@ def noise_against_lag(experiment: Experiment, vectors: FloatArray, weight: float
     L the steady lag under a manoeuvre as strong as the RMS m-th derivative of the truth, over all axes, m the order.
 
     Args:
-        experiment: target, sensor and seed; with coloured noise its variance is taken as if it were white.
-        vectors: normalised gains, shape (p, order).
+        experiment: target, sensor, order and seed; with coloured noise its variance is taken as if it were white.
+        vectors: normalised gains of that order, shape (p, order).
         weight: w, 0 to 1.
     """
-    truth, _, std = observe(experiment)
-    order = vectors.shape[1]
-    manoeuvre = truth.states[:, :, order]
-    strength = sqrt(float(np.einsum("ij,ij", manoeuvre, manoeuvre)) / len(manoeuvre))
-    lag = lag_coefficient(vectors) * experiment.interval**order * strength
+    _, _, std = observe(experiment)
+    lag = lag_coefficient(vectors) * experiment.interval**experiment.order * strength_of(experiment)
     with np.errstate(invalid="ignore"):
         score = np.sqrt(weight * sum(sigma**2 for sigma in std) * noise_gain(vectors) + (1 - weight) * lag**2)
     return np.where(stable(vectors), score, np.inf)

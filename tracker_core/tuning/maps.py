@@ -14,7 +14,7 @@ from tracker_core.conventions import Gains
 from tracker_core.experiment import Experiment
 from tracker_core.region import PLANES, region_slice
 from tracker_core.stability import stable
-from tracker_core.statistics import CONFIDENCE, Interval, mean_interval
+from tracker_core.statistics import CONFIDENCE, Interval, mean_interval, percent_more
 from tracker_core.tuning.base import WEIGHT, Progress, check_scores, check_steps, steps_of
 from tracker_core.tuning.evaluate import effective_runs, scored
 from tracker_core.tuning.objectives import check_objective
@@ -98,12 +98,7 @@ class MapOutcome:
         taken, best = self.best(chosen), self.best(judge)
         if taken is None or best is None:
             return Interval(np.nan, np.nan, np.nan)
-        scores = self.scores[judge]
-        own = float(scores[:, best].mean())
-        if not own:
-            return Interval(np.nan, np.nan, np.nan)
-        mean, width = mean_interval(100 * (scores[:, taken] - scores[:, best]) / own)
-        return Interval(float(mean), float(mean - width), float(mean + width))
+        return percent_more(self.scores[judge][:, taken], self.scores[judge][:, best])
 
 
 def _reach(marked: FloatArray, along: FloatArray) -> tuple[float, float]:

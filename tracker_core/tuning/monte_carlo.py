@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
-from math import sqrt
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from tracker_core.checks import Domain, InputError
 from tracker_core.experiment import Experiment
 from tracker_core.metrics import METRICS
 from tracker_core.run import SEEN, observation_rmse, observe_runs, run_experiment
-from tracker_core.statistics import CONFIDENCE, Interval, t_quantile
+from tracker_core.statistics import CONFIDENCE, Interval, half_width, percent_interval
 from tracker_core.tuning.base import BLOCK_STEPS, Progress, check_steps, has_chance, steps_of
 from tracker_core.tuning.evaluate import run_errors
 from tracker_core.tuning.executors import ordered
@@ -130,32 +129,22 @@ class Comparison:
         if not count:
             return Interval(float("nan"), float("nan"), float("nan"))
         mean = float(self.moments.mean[row, i, j])
-        if count < 2:
-            return Interval(mean, float("nan"), float("nan"))
-        width = _width(float(self.moments.square[row, i, j]), count, confidence)
+        width = half_width(float(self.moments.square[row, i, j]), count, confidence)
         return Interval(mean, mean - width, mean + width)
 
     def _percent(self, row: int, i: int, j: int, confidence: float) -> Interval:
-        """By how much the mean of filter i is off that of filter j: a ratio of paired means, by the delta method."""
+        """By how many percent the mean of filter i is off that of filter j."""
         counts = self.moments.count[row]
         count, base = int(counts[i, j]), float(self.moments.mean[row, j, j])
         # The covariance of i and j follows from their difference only where all three are of the same runs.
         if not base or not counts[i, i] == counts[j, j] == count:
             return Interval(float("nan"), float("nan"), float("nan"))
-        shift, share = float(self.moments.mean[row, i, j]), 100 / abs(base)
-        if count < 2:
-            return Interval(shift * share, float("nan"), float("nan"))
+        shift = float(self.moments.mean[row, i, j])
         ratio = 1 + shift / base
         of_i, of_j, of_both = (float(self.moments.square[row, a, b]) for a, b in ((i, i), (j, j), (i, j)))
         # Of i - ratio j, with 2 cov = i + j - (i - j); rounding may leave it a little below zero.
         square = max((1 - ratio) * (of_i - ratio * of_j) + ratio * of_both, 0.0)
-        width = _width(square, count, confidence)
-        return Interval(shift * share, (shift - width) * share, (shift + width) * share)
-
-
-def _width(square: float, count: int, confidence: float) -> float:
-    """How far a mean may be off, from its sum of squared deviations over two runs or more."""
-    return t_quantile(confidence, count - 1) * sqrt(square / (count - 1) / count)
+        return percent_interval(shift, base, square, count, confidence)
 
 
 @dataclass(frozen=True, slots=True)

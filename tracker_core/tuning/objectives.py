@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from tracker_core.batch import KINDS, Errors
 from tracker_core.checks import InputError, check_choice
 from tracker_core.experiment import Experiment
+from tracker_core.run import strength_of
 from tracker_core.tuning.base import knows_truth
 from tracker_core.types import STATE_NAMES, FloatArray
 
@@ -74,15 +75,16 @@ OBJECTIVES: dict[str, Objective] = {
             NOISE_LAG,
             "Noise against lag, weighted",
             "√(w σ²V + (1 − w) L²): σ²V the variance that white noise leaves in the smoothed position, L its steady "
-            "lag under a manoeuvre as strong as the target's; nothing is run.",
+            "lag under a manoeuvre as strong as the target's, its random pushes among it; nothing is run.",
         ),
     )
 }
 """What can be tuned for; all in metres, and the smaller the better."""
 
-TRUTH, DERIVATIVE = (
+TRUTH, DERIVATIVE, STEADY = (
     "must not need the truth: nobody knows where the target was",
     "must not need the {} of the target: nobody knows it",
+    "must not weigh a lag that no filter has: the {} of the target is zero, and the smoother the better",
 )
 """Rules that an objective breaks which cannot be had."""
 
@@ -117,6 +119,8 @@ def _broken(name: str, experiment: Experiment) -> str:
         return TRUTH
     if name == NOISE_LAG and experiment.target.known_states <= experiment.order:
         return DERIVATIVE.format(_DERIVATIVES[experiment.order])
+    if name == NOISE_LAG and not strength_of(experiment):
+        return STEADY.format(_DERIVATIVES[experiment.order])
     return ""
 
 

@@ -20,7 +20,7 @@ from tracker_core.experiment import Experiment
 from tracker_core.fields import SEED
 from tracker_core.reflections import gains_at, place_of
 from tracker_core.stability import stable
-from tracker_core.statistics import Interval, mean_interval
+from tracker_core.statistics import Interval, mean_interval, percent_more
 from tracker_core.tuning.base import MOST_STEPS, WEIGHT, Progress, check_steps, has_chance, steps_of
 from tracker_core.tuning.evaluate import effective_runs, scored
 from tracker_core.tuning.islands import EDGE, POPULATION, Islands
@@ -48,7 +48,7 @@ class Fresh:
         score: the found gains' mean with its 95 % interval, m.
         rivals: the same of every rival.
         differences: every rival minus the found gains, run by run, mean with its 95 % interval, m.
-        percents: the same in percent of the found gains' mean.
+        percents: the same in percent of the found gains' mean, which is itself uncertain.
     """
 
     runs: int
@@ -234,9 +234,8 @@ class _Work:
         vectors = np.array([found, *(rival.vector for rival in self.rivals)])
         scores = yield from self.every_score(experiment, vectors)
         own, *others = _intervals(scores)
-        differences = scores[:, 1:] - scores[:, :1]
-        percents = 100 * differences / own.mean
-        return Fresh(len(scores), own, tuple(others), _intervals(differences), _intervals(percents))
+        percents = tuple(percent_more(rival, scores[:, 0]) for rival in scores[:, 1:].T)
+        return Fresh(len(scores), own, tuple(others), _intervals(scores[:, 1:] - scores[:, :1]), percents)
 
 
 def _intervals(values: FloatArray) -> tuple[Interval, ...]:

@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from tracker_core.checks import POSITIVE, Domain, InputError, check_choice
 from tracker_core.conventions import rewrite
 from tracker_core.design import DESIGNS, MANUAL
+from tracker_core.design.steady_kalman import time_power, tracking_index_of
 from tracker_core.experiment import PARAMETERS as DESIGN_PARAMETERS
 from tracker_core.experiment import Experiment
 from tracker_core.region import BOX, gain_interval
 from tracker_core.stability import stable
-from tracker_core.statistics import Interval, least_places, mean_interval, place_interval
+from tracker_core.statistics import Interval, least_places, mean_interval, percent_more, place_interval
 from tracker_core.tuning.base import WEIGHT, Progress, check_scores, check_steps, steps_of
 from tracker_core.tuning.evaluate import effective_runs, scored
 from tracker_core.tuning.objectives import check_objective
@@ -38,6 +39,7 @@ class Parameter:
         sets: the field of the experiment that follows from it.
         logarithmic: whether it is varied by factors.
         span: what is looked at where nothing else is said; a gain's follows from the stable region.
+        unit_of_jerk: the unit for filters that take the target for one of random jerk, where it is another.
     """
 
     name: str
@@ -47,6 +49,11 @@ class Parameter:
     sets: str
     logarithmic: bool = False
     span: tuple[float, float] = (0.0, 1.0)
+    unit_of_jerk: str | None = None
+
+    def unit_at(self, order: int) -> str:
+        """The unit for a filter of that order."""
+        return self.unit if self.unit_of_jerk is None or time_power(order) < 3 else self.unit_of_jerk
 
 
 PARAMETERS: dict[str, Parameter] = {
@@ -59,14 +66,22 @@ PARAMETERS: dict[str, Parameter] = {
         Parameter("xi", "ξ", "Fading factor", "", "xi", span=(0.0, 0.99)),
         Parameter("tracking_index", "Λ", "Tracking index", "", "tracking_index", True, (1e-4, 100.0)),
         Parameter(
-            "process_variance", "σ_w²", "Process variance, σ_v² = 1 m²", "m²/s⁴", "tracking_index", True, (1e-8, 1e4)
+            "process_variance",
+            "σ_w²",
+            "Process variance, σ_v² = 1 m²",
+            "m²/s⁴",
+            "tracking_index",
+            True,
+            (1e-8, 1e4),
+            "m²/s⁶",
         ),
         Parameter(
             "sensor_variance", "σ_v²", "Sensor variance, σ_w² as it is", "m²", "tracking_index", True, (1e-4, 1e8)
         ),
     )
 }
-"""What can be varied. The gains depend on the two variances through Λ = T² √(σ_w²/σ_v²) alone."""
+"""What can be varied. The gains depend on the two variances through Λ = T² √(σ_w²/σ_v²) alone, at order 4 through
+T³ √(σ_w²/σ_v²)."""
 
 
 def varied(experiment: Experiment, parameter: str, value: float) -> Experiment:
@@ -78,7 +93,7 @@ def varied(experiment: Experiment, parameter: str, value: float) -> Experiment:
     Args:
         experiment: one with constant gains, or of a method where the number brings a design.
         parameter: a name in PARAMETERS. Variances are those at which the other one is fixed: the sensor's at 1, the
-            process's at (Λ/T²)² with the experiment's Λ, or with Λ = 1 where it has none.
+            process's at (Λ/T²)², for order 4 (Λ/T³)², with the experiment's Λ, or with Λ = 1 where it has none.
         value: of it; gains in the convention of the experiment.
 
     Raises:
@@ -86,7 +101,8 @@ def varied(experiment: Experiment, parameter: str, value: float) -> Experiment:
     """
     field = PARAMETERS[check_choice("parameter", parameter, PARAMETERS)].sets
     if parameter == "process_variance":
-        value = experiment.interval**2 * sqrt(POSITIVE.check(parameter, value))
+        process_std = sqrt(POSITIVE.check(parameter, value))
+        value = tracking_index_of(experiment.order, process_std, 1.0, experiment.interval)
     elif parameter == "sensor_variance":
         value = (experiment.tracking_index or 1.0) / sqrt(POSITIVE.check(parameter, value))
     change: dict[str, Any] = {field: value}
@@ -247,12 +263,7 @@ class SweepOutcome:
             judge: number of the objective that is looked at.
         """
         taken, best = self.optimum(chosen).index, self.optimum(judge).index
-        scores = self.scores[judge]
-        own = float(scores[:, best].mean())
-        if not own:
-            return Interval(float("nan"), float("nan"), float("nan"))
-        mean, width = mean_interval(100 * (scores[:, taken] - scores[:, best]) / own)
-        return Interval(float(mean), float(mean - width), float(mean + width))
+        return percent_more(self.scores[judge][:, taken], self.scores[judge][:, best])
 
 
 @dataclass(frozen=True, slots=True)

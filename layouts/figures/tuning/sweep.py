@@ -15,7 +15,6 @@ from layouts.figures.papers.look import LEGEND, log_axis, titled
 from layouts.figures.tuning.look import hover, kind_of, name_of, upright
 from layouts.theme import layout, tokens
 from tracker_core.tuning import PARAMETERS, Optimum, SweepOutcome
-from tracker_core.tuning.sweeps import Parameter
 from tracker_core.types import FloatArray
 
 FEW_RUNS = 30
@@ -40,12 +39,13 @@ def sweep_figure(outcome: SweepOutcome, best: Optimum, theme: str, present: floa
     """
     sweep, values = outcome.sweep, np.array(outcome.sweep.values)
     parameter = PARAMETERS[sweep.parameter]
+    unit = parameter.unit_at(sweep.experiment.order)
     data = [trace for row in reversed(range(len(sweep.objectives))) for trace in _curves(outcome, values, row, theme)]
     if isfinite(best.value):
-        data.append(_best(best, parameter, theme))
+        data.append(_best(best, hover("Best", parameter.symbol, unit), theme))
     shapes = _unstable(values, outcome.stable, theme, logarithmic=parameter.logarithmic)
     shapes += [*_best_place(best, theme), upright(present, "present", tokens(theme)["good"], theme, "middle")]
-    title = f"{parameter.title}, {parameter.symbol}" + (f" ({parameter.unit})" if parameter.unit else "")
+    title = f"{parameter.title}, {parameter.symbol}" + (f" ({unit})" if unit else "")
     span = (float(values[0]), float(values[-1]))
     x_axis = log_axis(title, *span) if parameter.logarithmic else titled(title, range=padded_range(values, 0.0))
     return {
@@ -67,13 +67,13 @@ def sweep_figure(outcome: SweepOutcome, best: Optimum, theme: str, present: floa
     }  # fmt: skip
 
 
-def _best(best: Optimum, parameter: Parameter, theme: str) -> dict[str, Any]:
+def _best(best: Optimum, label: str, theme: str) -> dict[str, Any]:
     t = tokens(theme)
     edge = {"width": 1.5, "color": t["surface"]}
     return {
         "type": "scatter", "mode": "markers", "name": "Best", "x": [best.value], "y": [best.score.mean],
         "marker": {"symbol": "diamond", "size": 11, "color": t["marker"], "line": edge}, "showlegend": False,
-        "hovertemplate": hover("Best", parameter.symbol, parameter.unit),
+        "hovertemplate": label,
     }  # fmt: skip
 
 
@@ -98,12 +98,13 @@ def _curves(outcome: SweepOutcome, values: FloatArray, row: int, theme: str) -> 
     kind, title = kind_of(name), name_of(name)
     colour, faint = t[kind], t[f"{kind}-faint"]
     parameter = PARAMETERS[outcome.sweep.parameter]
+    label = hover(title, parameter.symbol, parameter.unit_at(outcome.sweep.experiment.order))
     scores = np.where(outcome.stable, outcome.scores[row], np.nan)
     mean, width = _mean(outcome, row)
     if row:
         # What is known beside it, to be compared with.
         look = {"color": colour, "width": 1.5, "dash": "4px 3px"}
-        return [_line(title, values, mean, look, hover(title, parameter.symbol, parameter.unit))]
+        return [_line(title, values, mean, look, label)]
     traces = []
     if 1 < len(scores) <= FEW_RUNS:
         # One line with gaps instead of many.
@@ -115,9 +116,7 @@ def _curves(outcome: SweepOutcome, values: FloatArray, row: int, theme: str) -> 
     traces.append(
         _line("95 % of the mean", *band, {"width": 0, "color": colour}, None) | {"fill": "toself", "fillcolor": faint}
     )
-    traces.append(
-        _line(title, values, mean, {"color": colour, "width": 2.5}, hover(title, parameter.symbol, parameter.unit))
-    )
+    traces.append(_line(title, values, mean, {"color": colour, "width": 2.5}, label))
     return traces
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from layouts.pages.tune.studies import Study
 from tracker_core import Experiment
+from tracker_core.design.steady_kalman import time_power
 from tracker_core.stability import is_stable
 from tracker_core.tuning import PARAMETERS
 from tracker_core.tuning.base import steps_of
@@ -29,7 +30,7 @@ def present_value(experiment: Experiment, parameter: str) -> float | None:
         return None if experiment.method is not None else experiment.gains().values[GAIN_NAMES.index(field)]
     value: float | None = getattr(experiment, field)
     if value is not None and parameter == "process_variance":
-        return (value / experiment.interval**2) ** 2
+        return (value / experiment.interval ** time_power(experiment.order)) ** 2
     return 1.0 if value is not None and parameter == "sensor_variance" else value
 
 

@@ -12,7 +12,7 @@ from layouts.text import significant
 from tracker_core import Gains, Result
 from tracker_core.conventions import rewrite
 from tracker_core.fields import FIELDS
-from tracker_core.statistics import Interval, mean_interval
+from tracker_core.statistics import Interval, percent_more
 from tracker_core.tuning import PARAMETERS, Optimum, SearchOutcome, Sweep
 from tracker_core.tuning.base import has_chance
 from tracker_core.types import GAIN_NAMES, FloatArray
@@ -55,12 +55,10 @@ def score_text(objective: str, score: Interval) -> str:
 
 def best_value_text(sweep: Sweep, best: Optimum, *, complete: bool) -> str:
     """The best value of a sweep with its interval, and the score there."""
-    parameter = PARAMETERS[sweep.parameter]
     if not isfinite(best.value):
         return "No value that was looked at gives a stable filter whose runs went to the end."
-    value, low, high = number(best.value, best.low, best.high)
-    unit = f" {parameter.unit}" if parameter.unit else ""
-    said = f"{best_word('Best', complete=complete)}: {symbol_of(sweep.parameter)} = {value}{unit}"
+    _, low, high = number(best.value, best.low, best.high)
+    said = f"{best_word('Best', complete=complete)}: {value_text(sweep, best)}"
     said += f" (95 %: {low} to {high})" if isfinite(best.low) and best.high > best.low else ""
     if best.at_edge:
         side = "first" if best.index == 0 else "last"
@@ -75,9 +73,12 @@ def best_word(word: str, *, complete: bool) -> str:
 
 def value_text(sweep: Sweep, best: Optimum) -> str:
     """The best value of a sweep."""
-    parameter = PARAMETERS[sweep.parameter]
     value, *_ = number(best.value, best.low, best.high)
-    return f"{symbol_of(parameter.name)} = {value} {parameter.unit}".rstrip()
+    return f"{symbol_of(sweep.parameter)} = {value} {_unit(sweep)}".rstrip()
+
+
+def _unit(sweep: Sweep) -> str:
+    return PARAMETERS[sweep.parameter].unit_at(sweep.experiment.order)
 
 
 def found_text(outcome: SearchOutcome, *, complete: bool) -> str:
@@ -151,10 +152,11 @@ def gain_text(best: FloatArray, present: FloatArray | None, what: str, *, chance
     """
     if present is None or len(present) != len(best) or (chance and len(best) == 1):
         return ""
-    mean, width = map(float, mean_interval(100 * (present - best) / present.mean()))
+    more = percent_more(best, present)
+    mean = -more.mean
     if not isfinite(mean):
         return ""
-    width = width if chance else 0.0
+    width = more.high - more.mean if chance else 0.0
     if abs(mean) + width < NOTHING:
         return f", the same as with the present gains within {NOTHING} %"
     share, less = _share_text(mean, width), "less" if mean > 0 else "more"

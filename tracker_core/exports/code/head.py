@@ -30,6 +30,8 @@ def head(tuned: TunedFilter) -> list[str]:
         "Over an interval t the filter predicts, then corrects by the innovation e = measured x - x:",
         *_formulas(gains.order),
         "where g are the normalised gains below. A missing measurement is bridged by prediction.",
+        "They suit intervals near T: after a much shorter one they correct the derivatives too hard, so that",
+        "measurements of one moment are better averaged before.",
     ]
     if gate is not None:
         stds = ", ".join(repr(float(value)) for value in gate.stds(len(tuned.axes)))
@@ -40,6 +42,7 @@ def head(tuned: TunedFilter) -> list[str]:
             f"    for a sensor noise of {stds} m",
             f"    and a tracking index of {float(gate.tracking_index)!r} at T = {float(gate.interval)!r} s.",
             f"    From refusal {PATIENCE} in a row on, each doubts the track more, until it finds its way back.",
+            *([] if tuned.start == "known" else [f"    It watches once every axis was measured {gains.order} times."]),
         ]
     return lines
 

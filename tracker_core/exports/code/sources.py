@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from tracker_core.exports.code.head import begin_sentence, head, leaves
 from tracker_core.exports.code.template import comment, render
 from tracker_core.exports.code.tuned import TunedFilter
 from tracker_core.gating import DOUBT, PATIENCE
-from tracker_core.types import FloatArray
+from tracker_core.types import HANDOVER, FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ FILES: dict[str, tuple[Language, str]] = {
 def sources(tuned: TunedFilter) -> dict[str, str]:
     """The text of every file in FILES, by name."""
     facts = _facts(tuned)
-    texts = {name: render(f"{name}.in", _parts(tuned, language), facts) for name, (language, _) in FILES.items()}
+    texts = {name: render(f"{name}.in", _parts(tuned, language, facts), facts) for name, (language, _) in FILES.items()}
     # What was left out may leave a gap.
     return {name: re.sub(r"\n{4,}", "\n\n\n", text) for name, text in texts.items()}
 
@@ -86,6 +86,8 @@ def sources(tuned: TunedFilter) -> dict[str, str]:
 def _facts(tuned: TunedFilter) -> dict[str, bool]:
     """What the templates ask of a filter."""
     gate, points = tuned.gate is not None, tuned.points
+    # The gate needs to know how wrong a state is that began with fewer measurements.
+    beside = gate and 0 < points < tuned.gains.order
     return {
         "gate": gate,
         "known": tuned.start == "known",
@@ -94,14 +96,17 @@ def _facts(tuned: TunedFilter) -> dict[str, bool]:
         "several": points > 1,
         "waiting": points > 1 and not tuned.growing,
         "growing": tuned.growing,
-        # The covariance of a start, a part of it that nothing is known of, and one that moves.
-        "covariance": points > 1 and (gate or tuned.growing),
-        "unknown": gate and 0 < points < tuned.gains.order,
+        # Least squares beside the filter; either kind of it; measurements that are kept for one or for the start.
+        "beside": beside,
+        "learning": beside or tuned.growing,
+        "collecting": beside or points > 1,
+        # The covariance of a start, and one that moves.
+        "covariance": points > 1 and (tuned.growing or (gate and not beside)),
         "covariances": gate or tuned.growing,
     }
 
 
-def _parts(tuned: TunedFilter, language: Language) -> dict[str, str]:
+def _parts(tuned: TunedFilter, language: Language, facts: Mapping[str, bool]) -> dict[str, str]:
     """What is filled in."""
     order, gate, trial = tuned.gains.order, tuned.gate, tuned.trial
     number, row = language.number, language.row
@@ -112,11 +117,12 @@ def _parts(tuned: TunedFilter, language: Language) -> dict[str, str]:
         "head": comment(head(tuned), language.prefix),
         "leaves": comment(leaves(tuned), ""),
         "begin_sentence": begin_sentence(tuned),
-        "imports": ", sqrt" if gate else "",
+        "imports": ", hypot, sqrt" if facts["beside"] else ", sqrt" if gate else "",
         "axes": str(len(tuned.axes)),
         "order": str(order),
         "points": str(tuned.points),
         "points_constant": f",\n    TUNED_FILTER_POINTS = {tuned.points}" if tuned.points > 1 else "",
+        "kept": "ORDER" if facts["beside"] else "POINTS",
         "points_alias": ", POINTS = TUNED_FILTER_POINTS" if tuned.points > 1 else "",
         "interval": number(tuned.interval),
         "limit": number(tuned.limit),
@@ -125,7 +131,8 @@ def _parts(tuned: TunedFilter, language: Language) -> dict[str, str]:
         "gain": ", ".join(f"GAINS[{i}]{divisors[i]}" for i in range(order)).join(row),
         "drive": (", " if language.first == 0 else "; ").join(powers[i] for i in drive).join(row),
         "power": "NOISE_INTERVAL / t" if order == 2 else "t / NOISE_INTERVAL",
-        "alpha": ", GAINS(1)" if tuned.growing else "",
+        "handover": number(HANDOVER),
+        "alpha": ", GAINS(1)" if facts["learning"] else "",
         "first_interval": " The first one is that since the initial state." if tuned.start == "known" else "",
         "trial": str(len(trial.intervals)),
         "trial_intervals": language.rows(trial.intervals),
@@ -144,7 +151,6 @@ def _parts(tuned: TunedFilter, language: Language) -> dict[str, str]:
             "sensor_std": language.numbers(gate.stds(len(tuned.axes))),
             "noise_variance": number(gate.noise_variance(order)),
             "noise_interval": number(gate.interval),
-            "unknown": language.numbers(gate.unknown_stds(order)),
             "patience": str(PATIENCE),
             "doubt": number(DOUBT),
         }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from sys import float_info
 
 import numpy as np
 
@@ -28,7 +29,8 @@ class Trial:
         smoothed: shape (n, n_axes), m.
         state: shape (n_axes, order), SI units: the state before the first sample at which every axis is past its
             start.
-        onward: the samples from there on, shape (at most TRIAL, n_axes), NaN where missing or refused by the gate.
+        onward: the samples from there on, shape (at most TRIAL, n_axes), NaN where missing or refused by the gate;
+            those too at which the filter had stopped, as long as there are numbers.
         onward_intervals, onward_smoothed: as above for these samples.
     """
 
@@ -142,9 +144,14 @@ def _trial(
     room = setting.room()
     begun = [setting.begin(axis, gains.vector, room[axis], room[axis].copy()) for axis in range(z.shape[1])]
     begin = max(sample for _, sample in begun)
-    state = np.array([state for state, _ in begun]) if begin == 0 else track.smoothed[begin - 1]
-    end, positions = begin + TRIAL, track.smoothed[:, :, 0]
+    # No limit stops what goes on from there.
+    free = track
+    if track.stopped_at is not None:
+        free = run_filter(believed, gains, start=start, initial_state=initial_state, limit=float_info.max)
+    state = np.array([state for state, _ in begun]) if begin == 0 else free.smoothed[begin - 1]
+    going = free.smoothed[begin : begin + TRIAL, :, 0]
+    going = going[: np.append(np.isfinite(going).all(axis=1), False).argmin()]
+    end = begin + len(going)
     return Trial(
-        intervals[:TRIAL], z[:TRIAL], positions[:TRIAL], state, left[begin:end], intervals[begin:end],
-        positions[begin:end],
-    )  # fmt: skip
+        intervals[:TRIAL], z[:TRIAL], track.smoothed[:TRIAL, :, 0], state, left[begin:end], intervals[begin:end], going
+    )
