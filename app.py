@@ -10,13 +10,14 @@ import os
 import sys
 import threading
 from concurrent.futures import Executor
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 # Read when NumPy is loaded. A second BLAS thread beside a busy neighbour makes small products many times slower.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from server import lifecycle, logs, memory
+from server import descriptors, lifecycle, logs, memory
 from server.apart import Apart
 from server.lifecycle import Life, Server
 from server.settings import Settings
@@ -66,11 +67,13 @@ def build(
     from server.work import Work
 
     life = life or Life()
+    work = Work(seconds=settings.work_seconds)
+    helper = sys.executable, "-m", "layouts.helper", settings.log, settings.log_level
     services = Services(
         scenes.Scenes(settings.scenes),
-        Studies(executor, minutes=settings.study_minutes, waiting=settings.studies_waiting),
-        Work(seconds=settings.work_seconds),
-        Helpers(settings.helpers, (sys.executable, "-m", "layouts.helper", settings.log, settings.log_level), ROOT),
+        Studies(work, executor, minutes=settings.study_minutes, waiting=settings.studies_waiting),
+        work,
+        Helpers(settings.helpers, helper, ROOT, settings.work_seconds),
     )
     life.at_stop(services.helpers.stop)
     life.at_stop(services.scenes.close)
@@ -94,15 +97,15 @@ def build(
     life.attach(server)
     metrics.attach(server, settings.metrics_token)
     Uploads(store, most_bytes=int(settings.upload_mb * MEGABYTE)).attach(server)
-    takeaway.attach(server)
+    takeaway.attach(server, work, store.directory if store is not None and not store.problem else None)
     if store is not None:
         look_in(store.fetch)
     services.attach(server)
     for order, page in enumerate((explore, stability, tune, compare, data, track, papers)):
         register_page(page.__name__, path=page.PATH, name=page.NAME, title=page.TITLE, order=order, layout=page.layout)
         page.register(app, services)
-    app.layout = shell.frame
-    finish(app, services.work)
+    app.layout = partial(shell.frame, settings.work_seconds)
+    finish(app, work)
     files = Files(ROOT / "compressed")
     document.publish(app, files, ROOT / "assets")
     scenes.publish(files)
@@ -182,12 +185,15 @@ def serve(settings: Settings) -> None:
     Raises:
         InputError: for a setting that only trying shows to be wrong.
     """
+    # Before anything is opened or started.
+    most_open = descriptors.provide(settings)
     life = Life()
     executor = cluster(settings) or apart(settings)
     life.at_stop(lambda: executor.shutdown(wait=False, cancel_futures=True))
     prepare(life)
     app = build(settings, executor, data_store(settings), life)
-    _LOG.info("Gainscope on http://%s:%d", settings.host, settings.port, extra={"settings": settings.shown()})
+    more = {"settings": settings.shown(), "descriptors": most_open}
+    _LOG.info("Gainscope on http://%s:%d", settings.host, settings.port, extra=more)
     Server(lifecycle.config_of(settings, app.server), life, settings.drain_seconds).run()
 
 

@@ -227,8 +227,11 @@ class _Process:
     def _hear(self) -> None:
         """In its thread: take answers until it is gone, or idle for long."""
         try:
+            # Not select, which knows no descriptor beyond 1,023.
+            says = select.poll()
+            says.register(self._hears, select.POLLIN)
             while self._is_wanted():
-                if not select.select([self._hears], [], [], LOOKED_AFTER)[0]:
+                if not says.poll(1000 * LOOKED_AFTER):
                     self._hurry()
                 elif (text := child.text_in(self._hears.read)) is None:
                     break

@@ -10,7 +10,7 @@ from fastapi.responses import JSONResponse
 from starlette.types import Message, Receive, Scope, Send
 
 from server.headers import Headers
-from server.limits import Rate
+from server.limits import Buckets, Rate, Turns
 from server.metrics import MESSAGES, REFUSALS, SOCKETS
 from server.problem import problem
 from server.routes import template
@@ -19,6 +19,13 @@ from tracker_core.checks import InputError
 
 PACE = Rate(per_second=100, at_once=100)
 """Messages of one socket; a slider under a mouse sends 60 a second. More of them wait, in the end in the network."""
+
+PACE_OF_ALL = Rate(per_second=2_500, at_once=2_500)
+"""Messages of all sockets of one client: of forty sliders that are moved behind one address."""
+
+AT_A_TIME = 64
+"""Messages of one client that are worked on at a time. A page asks again once it has its answer, so that forty have
+forty on their way; a client that has more has the server do no less for it, but leaves others their turns."""
 
 OPEN = 101
 """Status of a socket that was opened."""
@@ -31,42 +38,74 @@ ANSWERED = "websocket.http.response"
 """Extension by which a socket that is not opened can be answered like any other request."""
 
 
+class Hearing:
+    """How the sockets of each client are heard, all of them together: see `PACE_OF_ALL` and `AT_A_TIME`.
+
+    What is more waits, like what one socket says too fast: nobody has to say anything twice.
+    """
+
+    def __init__(self) -> None:
+        self.said = Buckets(PACE_OF_ALL)
+        self.turns = Turns(AT_A_TIME)
+
+
 class Channel:
-    """One socket. Messages pass as they come, and no faster than `PACE`.
+    """One socket. Messages pass as they come, no faster than `PACE` and as the client's others leave it its turn.
+
+    A message is worked on from when the application is given it until it answers or asks for the next.
 
     Args:
         scope: of the socket.
         receive, send: to and from the network.
         headers: that answers get.
         request: its number.
+        client: whose it is, as limits know it.
+        hearing: of all sockets.
 
     Attributes:
         scope: of the socket.
         status: of the answer: OPEN once it is open, 0 before there is one.
     """
 
-    __slots__ = ("_closed", "_full", "_headers", "_number", "_receive", "_route", "_send", "scope", "status")
+    __slots__ = (
+        "_client", "_closed", "_due", "_full", "_has_turn", "_headers", "_heard", "_hearing", "_number", "_receive",
+        "_route", "_send", "_turns", "scope", "status",
+    )  # fmt: skip
 
-    def __init__(self, scope: Scope, receive: Receive, send: Send, headers: Headers, request: str) -> None:
+    def __init__(
+        self, scope: Scope, receive: Receive, send: Send, headers: Headers, request: str, client: str, hearing: Hearing
+    ) -> None:
         self.scope, self._receive, self._send = scope, receive, send
         self._headers, self._number = headers, request.encode()
-        self._full, self._route, self._closed = 0.0, "", False
+        self._client, self._hearing, self._turns = client, hearing, hearing.turns.of(client)
+        self._full, self._due, self._has_turn = 0.0, 0.0, False
+        self._heard: Message | None = None
+        self._route, self._closed = "", False
         self.status = 0
 
     async def receive(self) -> Message:
-        """The next message, once it is its turn."""
-        # The wait comes first: who gives up waiting has lost no message.
-        wait = PACE.wait(self._full, time.monotonic())
-        if wait:
-            await asyncio.sleep(wait)
-        message = await self._receive()
-        if message["type"] == "websocket.receive":
-            self._full = PACE.taken(self._full, time.monotonic())
+        """The next message, once it is its turn. Who gives up waiting for it has lost none."""
+        self._end_turn()
+        if self._heard is None:
+            now = time.monotonic()
+            # Where there is nothing to wait for, others have their turn all the same.
+            await asyncio.sleep(max(PACE.wait(self._full, now), self._due - now, 0.0))
+            message = await self._receive()
+            if message["type"] != "websocket.receive":
+                return message
+            now = time.monotonic()
+            self._full = PACE.taken(self._full, now)
+            self._due = now + self._hearing.said.book(self._client, now)
             MESSAGES.labels(self._route).inc()
-        return message
+            self._heard = message
+        await self._turns.acquire()
+        self._has_turn = True
+        heard, self._heard = self._heard, None
+        return heard
 
     async def send(self, message: Message) -> None:
         """Pass on what the application says."""
+        self._end_turn()
         kind = message["type"]
         if kind == "websocket.accept":
             self.status, self._route = OPEN, template(self.scope)
@@ -100,8 +139,14 @@ class Channel:
 
     def end(self) -> None:
         """Count it no more."""
+        self._end_turn()
         if self.status == OPEN:
             SOCKETS.labels(self._route).dec()
+
+    def _end_turn(self) -> None:
+        if self._has_turn:
+            self._has_turn = False
+            self._turns.release()
 
     async def _answer(self, code: int, response: JSONResponse) -> None:
         self._closed, self.status = True, response.status_code

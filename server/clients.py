@@ -7,12 +7,19 @@ without it. Whoever needs more has the log of the proxy in front.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache
 from ipaddress import IPv4Address, IPv4Network, IPv6Address, IPv6Network, ip_address
+from typing import Any, cast
+
+from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 
 UNKNOWN = "unknown"
+
+CLIENT: ContextVar[str] = ContextVar("client", default=UNKNOWN)
+"""By which limits know who is being answered: see `Client.key`."""
 
 LONGEST = 64
 """Characters of what is no address."""
@@ -53,3 +60,8 @@ def client_at(address: str) -> Client:
 def is_forwarded(headers: Mapping[bytes, bytes]) -> bool:
     """Whether a proxy passed a request on, by its own account."""
     return any(name in headers for name in FORWARDED)
+
+
+def proxies_of(setting: str) -> Callable[[str], bool]:
+    """Whether an address is one of those whose word is taken for who the client is, as a setting names them."""
+    return ProxyHeadersMiddleware(cast(Any, None), setting or []).trusted_hosts.__contains__

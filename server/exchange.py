@@ -11,7 +11,7 @@ from starlette.types import Message, Receive, Scope, Send
 from server.headers import Headers
 from server.metrics import REFUSALS
 from server.problem import problem
-from server.screen import Refusal
+from server.screen import BEFORE, Refusal
 from tracker_core.checks import InputError
 
 BODY_SECONDS = 30.0
@@ -19,6 +19,10 @@ BODY_SECONDS = 30.0
 
 DRAINED, DRAIN_SECONDS = 32 * 1024 * 1024, 5.0
 """Bytes that are still read of what is too much, and for how long, so that who sends it hears why it is refused."""
+
+PIECE = 64 * 1024
+"""Bytes of an answer that the network is given at a time. It takes whatever it is given, and says between two pieces
+alone that the client has not taken what was there before."""
 
 GONE: Message = {"type": "http.disconnect"}
 
@@ -71,8 +75,16 @@ class Exchange:
 
     async def receive(self) -> Message:
         """The next part of the request."""
-        if not self._incomplete:
-            return await self._receive()
+        message = await (self._bounded() if self._incomplete else self._receive())
+        refusal = self.scope["state"].pop(BEFORE, None)
+        if refusal is None:
+            return message
+        # In the middle of its body it has become none.
+        await self.refuse(refusal)
+        return GONE
+
+    async def _bounded(self) -> Message:
+        """The next part of a body that has bounds."""
         try:
             async with asyncio.timeout_at(self._deadline):
                 message = await self._receive()
@@ -135,9 +147,16 @@ class Exchange:
             return
         if self._head:
             return
-        if kind == "http.response.body":
-            self.size += len(message.get("body", b""))
-        await self._send(message)
+        body = message.get("body", b"") if kind == "http.response.body" else b""
+        self.size += len(body)
+        if len(body) <= PIECE:
+            await self._send(message)
+            return
+        for start in range(0, len(body), PIECE):
+            await self._send({**message, "body": body[start : start + PIECE], "more_body": True})
+        if not message.get("more_body", False):
+            # The answer ends once the client has taken most of it.
+            await self._send({**message, "body": b""})
 
     async def _drain(self) -> None:
         left = DRAINED

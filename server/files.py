@@ -1,4 +1,4 @@
-"""Files that do not change while the server runs: each compressed once, named by its content, kept by browsers.
+"""Files that do not change while the server runs: each made ready once, named by its content, kept by browsers.
 
 A fixed table of addresses is served and nothing else: no address is ever looked up on the disk. What is published
 under an address with the digest of its content is kept for a year without asking; under any other address the
@@ -175,8 +175,6 @@ class Files:
 
     async def _body(self, file: File, coding: Coding) -> bytes:
         key = file.digest, coding
-        if coding == "identity":
-            return await asyncio.to_thread(file.read)
         if key not in self._bodies:
             making = self._making.get(key)
             if making is None:
@@ -187,7 +185,7 @@ class Files:
         return self._bodies[key]
 
     def _make(self, file: File, coding: Coding) -> bytes:
-        if self.kept is None:
+        if coding == "identity" or self.kept is None:
             return write(file.read(), coding, "thorough")
         place = self.kept / f"{file.digest}.{coding}"
         with contextlib.suppress(OSError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 import time
 from collections.abc import Collection
@@ -17,8 +18,8 @@ from uvicorn.protocols.utils import ClientDisconnected
 
 from server import errors, metrics
 from server.access import Access
-from server.channel import Channel
-from server.clients import Client, client_at
+from server.channel import Channel, Hearing
+from server.clients import CLIENT, Client, client_at, is_forwarded
 from server.exchange import Exchange, too_large
 from server.headers import Headers
 from server.limits import Places
@@ -28,13 +29,25 @@ from server.screen import TRY_LATER, Refusal, Screen
 from server.settings import Settings
 from tracker_core.checks import InputError
 
-QUIET = frozenset(("/livez", "/readyz", metrics.PATH))
-"""Asked for by machines, again and again: not limited, and not worth a line in the log."""
+HEALTH = frozenset(("/livez", "/readyz"))
+"""Where this machine and the proxies ask again and again whether the server lives."""
 
 NUMBER = re.compile(rb"[A-Za-z0-9-]{1,64}")
 """What a proxy may call a request."""
 
 LATER = {"Retry-After": "5"}
+
+OPENING_SECONDS = 30.0
+"""Within which a socket has to be opened or refused."""
+
+ENDED = Refusal(
+    "ended",
+    InputError("server", "must be asked again: it ended what it was doing", "one request"),
+    503,
+    LATER,
+    TRY_LATER,
+)
+"""Of what was still being worked on when the server stopped, and of sockets that were not opened in time."""
 
 
 class Guard:
@@ -42,22 +55,21 @@ class Guard:
 
     Args:
         app: what is guarded.
-        settings: `proxies`, `frames`, `body_kb`, `requests_per_second`, `requests_at_once`, `sockets` and
-            `sockets_per_client` of them.
-        policy: content security policy of pages that have none of their own.
+        settings: `proxies`, `frames`, `body_kb`, `requests_per_second`, `requests_at_once`, `sockets`,
+            `sockets_per_client` and `metrics_token` of them.
         own_bounds: methods and paths of what bounds its bodies itself.
     """
 
-    def __init__(
-        self, app: ASGIApp, settings: Settings, policy: str = "", own_bounds: Collection[tuple[str, str]] = ()
-    ) -> None:
+    def __init__(self, app: ASGIApp, settings: Settings, own_bounds: Collection[tuple[str, str]] = ()) -> None:
         self._app = app
-        self._headers = Headers(policy, settings.frames)
+        self._headers = Headers(settings.frames)
         self._most = int(settings.body_kb * 1024)
         self._own_bounds = frozenset(own_bounds)
         self._screen = Screen(settings.requests_per_second, settings.requests_at_once)
         self._places = Places(settings.sockets, settings.sockets_per_client)
+        self._hearing = Hearing()
         self._access = Access()
+        self._token = settings.metrics_token
         # It puts the client that a proxy names in the place of the proxy. uvicorn is not told of proxies: here it has
         # to be known as well whether one was asked, and whether it is trusted.
         self._behind = ProxyHeadersMiddleware(cast(Any, self._known), settings.proxies or [])
@@ -83,13 +95,15 @@ class Guard:
         request: str = scope["state"]["request"]
         address = scope.get("client")
         client = client_at(address[0] if address else "")
-        token = REQUEST.set(request)
+        token, known = REQUEST.set(request), CLIENT.set(client.key)
         try:
             if scope["type"] == "http":
                 await self._request(Exchange(scope, receive, send, self._headers, request), headers, client)
             else:
-                await self._socket(Channel(scope, receive, send, self._headers, request), headers, client)
+                channel = Channel(scope, receive, send, self._headers, request, client.key, self._hearing)
+                await self._socket(channel, headers, client)
         finally:
+            CLIENT.reset(known)
             REQUEST.reset(token)
 
     # Requests --------------------------------------------------------------------------------------------------------
@@ -97,7 +111,7 @@ class Guard:
     async def _request(self, exchange: Exchange, headers: dict[bytes, bytes], client: Client) -> None:
         begun = time.perf_counter()
         scope = exchange.scope
-        is_quiet = scope["path"] in QUIET
+        is_quiet = self._is_quiet(scope, headers, client)
         try:
             refusal = self._screen.refusal(scope, headers, client.key, is_limited=not is_quiet)
             if refusal is None:
@@ -108,6 +122,15 @@ class Guard:
                 await exchange.refuse(refusal)
         finally:
             self._access.request(exchange, client, begun, is_quiet=is_quiet)
+
+    def _is_quiet(self, scope: Scope, headers: dict[bytes, bytes], client: Client) -> bool:
+        """Whether it is asked again and again by a machine that may: it is not limited, and not worth a line."""
+        if scope["path"] in HEALTH:
+            address = scope.get("client")
+            is_known = client.loopback or (address is not None and address[0] in self._behind.trusted_hosts)
+            # What somebody asks through a proxy is no question of the proxy's own.
+            return is_known and not is_forwarded(headers)
+        return scope["path"] == metrics.PATH and metrics.is_admitted(headers, client, self._token)
 
     def _bound(self, exchange: Exchange, headers: dict[bytes, bytes]) -> Refusal | None:
         """Bound a body that is coming; refuse one that says itself that it is too large."""
@@ -128,6 +151,11 @@ class Guard:
         failure: Exception | None = None
         try:
             await self._app(exchange.scope, exchange.receive, exchange.send)
+        except asyncio.CancelledError:
+            # By uvicorn, once the time for what is in flight is over; nobody else waits for this task.
+            if not exchange.status:
+                await exchange.refuse(ENDED)
+            return
         except Exception as error:  # noqa: BLE001 - whatever it is, it is logged and answered
             failure = error
         failure = failure or errors.kept(exchange.scope)
@@ -160,10 +188,19 @@ class Guard:
 
     async def _served(self, channel: Channel) -> None:
         failure: Exception | None = None
+        task = cast(asyncio.Task[Any], asyncio.current_task())
+        opening = asyncio.get_running_loop().call_later(OPENING_SECONDS, lambda: channel.status or task.cancel())
         try:
             await self._app(channel.scope, channel.receive, channel.send)
+        except asyncio.CancelledError:
+            # By uvicorn, as above, or because it was not opened in time; one that is open has been told why it ends.
+            if not channel.status:
+                await channel.refuse(ENDED)
+            return
         except Exception as error:  # noqa: BLE001 - whatever it is, it is logged and ends the socket
             failure = error
+        finally:
+            opening.cancel()
         failure = failure or errors.kept(channel.scope)
         if failure is None or isinstance(failure, (WebSocketDisconnect, ClientDisconnected)):
             return
@@ -171,7 +208,7 @@ class Guard:
         await channel.fail(errors.unanswered())
 
 
-def attach(server: FastAPI, settings: Settings, policy: str = "", own_bounds: Collection[tuple[str, str]] = ()) -> None:
+def attach(server: FastAPI, settings: Settings, own_bounds: Collection[tuple[str, str]] = ()) -> None:
     """Put an application behind a guard, see `Guard`; after everything else that comes between, before it serves."""
     errors.attach(server)
-    server.add_middleware(Guard, settings=settings, policy=policy, own_bounds=own_bounds)
+    server.add_middleware(Guard, settings=settings, own_bounds=own_bounds)

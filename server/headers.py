@@ -11,7 +11,7 @@ from functools import lru_cache
 Pairs = list[tuple[bytes, bytes]]
 
 NO_PAGE = "default-src 'none'"
-"""Policy of what is no page: opened by itself, it may load and run nothing."""
+"""Policy of what has none of its own, which pages have: opened by itself, it may load and run nothing."""
 
 UNUSED = (
     "accelerometer", "autoplay", "camera", "clipboard-read", "display-capture", "encrypted-media", "geolocation",
@@ -30,17 +30,15 @@ class Headers:
     """What is added to the headers of an answer; what it says itself stands.
 
     Args:
-        policy: content security policy of pages that have none of their own.
         frames: sources that may show pages in a frame, as in `frame-ancestors`. This server always may, since pages
             show scenes of its own in frames: 'none' is as good as 'self'.
     """
 
-    def __init__(self, policy: str, frames: str = "'self'") -> None:
+    def __init__(self, frames: str = "'self'") -> None:
         others = [source for source in frames.split() if source not in ("'self'", "'none'")]
         ancestors = " ".join(["'self'", *others])
         self._fitted = lru_cache(maxsize=64)(lambda own: with_ancestors(own, ancestors))
-        self._page = with_ancestors(policy.encode(), ancestors)
-        self._other = with_ancestors(NO_PAGE.encode(), ancestors)
+        self._no_page = with_ancestors(NO_PAGE.encode(), ancestors)
         features = [f"{name}=()" for name in UNUSED] + [f"{name}=(self)" for name in USED]
         self._always = [
             (b"x-content-type-options", b"nosniff"),
@@ -70,8 +68,7 @@ class Headers:
             full.append((name, self._fitted(value) if name == POLICY else value))
         # 304 changes the headers of what the browser has: its policy stays as it is.
         if POLICY not in own and status != 304:
-            is_page = own.get(b"content-type", b"").startswith(b"text/html")
-            full.append((POLICY, self._page if is_page else self._other))
+            full.append((POLICY, self._no_page))
         full += [pair for pair in self._always if pair[0] not in own]
         full.append((b"x-request-id", request))
         return full

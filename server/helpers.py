@@ -2,7 +2,7 @@
 
 A server that few people use has none. Where answers wait again and again, a helper is started; as long as there is one,
 helpers compute what they can and the event loop none of it, so that it is there for everybody at once. When nobody has
-needed a helper for a while, it is ended. One that dies or hangs costs time alone: what it was asked is computed here.
+needed a helper for a while, it is ended. One that dies costs time alone, and one that hangs the answer that it hung on.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from time import monotonic
 import msgspec
 
 from server import child
-from server.work import busy
+from server.work import SECONDS, busy, late
 
 EVERY = 0.25
 """Seconds from one look at how long answers wait to the next."""
@@ -41,9 +41,6 @@ WAITING = 1_000
 
 IDLE = 300.0
 """Seconds after which a helper is ended that nobody has needed."""
-
-PATIENCE = 30.0
-"""Seconds for an answer that takes milliseconds; then the helper is ended."""
 
 ENDING = 1.0
 """Seconds for the end of one that has closed its output."""
@@ -93,10 +90,13 @@ class Helpers:
         most: of them; 0 for none ever.
         command: that starts one; it speaks as `frame` says on its standard input and output.
         folder: in which it is started; None for the present one.
+        seconds: after which an answer is given up, the time in the line included, and a helper ended that has been at
+            one for as long.
     """
 
-    def __init__(self, most: int, command: Sequence[str], folder: Path | None = None) -> None:
+    def __init__(self, most: int, command: Sequence[str], folder: Path | None = None, seconds: float = SECONDS) -> None:
         self._most = most
+        self._seconds = seconds
         self._command = tuple(command)
         self._folder = folder
         self._helpers: list[_Helper] = []
@@ -113,21 +113,23 @@ class Helpers:
 
         Raises:
             ComputingError: where it failed.
-            NoAnswerError: where too many wait already.
+            HelperGoneError: where the helper was lost that had been asked, or there is none any more.
+            NoAnswerError: where too many wait already, or it takes too long.
         """
         if self._watching is None and self._most and not self._ended:
             self._watching = asyncio.create_task(self._watch(), name="helpers")
         if not any(helper.is_ready for helper in self._helpers):
             return None
         if len(self._line) >= WAITING:
-            raise busy(WAITING)
+            raise busy()
         asked = _Asked(name, question, asyncio.get_running_loop().create_future(), monotonic())
         self._line.append(asked)
         self._give()
         try:
-            return await asked.answer
-        except HelperGoneError:
-            return None
+            async with asyncio.timeout(self._seconds):
+                return await asked.answer
+        except TimeoutError:
+            raise late(self._seconds) from None
 
     def running(self) -> int:
         """Helpers that are ready or being started."""
@@ -164,7 +166,7 @@ class Helpers:
             await asyncio.sleep(EVERY)
             now = monotonic()
             for helper in tuple(self._helpers):
-                helper.look(now)
+                helper.look(now, self._seconds)
             oldest = min((helper.oldest for helper in self._helpers), default=now)
             waits.append(now - min(due, oldest))
             if len(waits) == LOOKS and median(waits) > LATE and len(self._helpers) < self._most and now >= next_at:
@@ -182,7 +184,7 @@ class Helpers:
             if not self._ended:
                 _LOG.warning("A helper is gone: %s: %s", type(error).__name__, error)
         finally:
-            # Where it was the last one, nobody else will answer what waits.
+            # Where it was the last one, no other will answer what waits.
             self._give()
             await helper.end()
             self._helpers.remove(helper)
@@ -253,10 +255,10 @@ class _Helper:
         self._asked.append(asked)
         self._says.write(frame((asked.name, asked.question())))
 
-    def look(self, now: float) -> None:
-        """End it where it hangs, or where nobody has needed it for a while."""
-        if self._asked and now - self._asked[0].given > PATIENCE:
-            _LOG.warning("A helper has not answered %s within %g s and is ended", self._asked[0].name, PATIENCE)
+    def look(self, now: float, seconds: float) -> None:
+        """End it where it has been at an answer for so many seconds, or where nobody has needed it for a while."""
+        if self._asked and now - self._asked[0].given > seconds:
+            _LOG.warning("A helper has not answered %s within %g s and is ended", self._asked[0].name, seconds)
             self.kill()
         elif self.is_ready and not self._asked and now - self._used > IDLE:
             self.kill()

@@ -7,6 +7,8 @@ and the process is gone within `LONGEST` seconds whatever hangs. Told twice, it 
 
 from __future__ import annotations
 
+import asyncio
+import functools
 import logging
 import os
 import select
@@ -16,13 +18,14 @@ import time
 from collections.abc import Callable
 from socket import socket
 from types import FrameType
+from typing import Any, cast
 
 import uvicorn
 from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 
 from server.settings import Settings
-from server.wire import Wire
+from server.wire import Entrance, Wire
 
 LONGEST = 9.0
 """Seconds from the word to stop to the end of the process."""
@@ -30,14 +33,14 @@ LONGEST = 9.0
 ENDING = 2.0
 """Seconds of them that are for ending work; requests in flight have the rest."""
 
+TOLD = 0.5
+"""Seconds of these for telling whoever asked for what was given up on."""
+
 LINGERING = 1.0
 """Seconds for which threads that still compute are waited for, once all else has ended."""
 
 WITHIN = 65_536
 """Bytes of a message that comes over a socket, far more than any has."""
-
-SPARE = 1000
-"""Connections that may be open beside all sockets."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -127,6 +130,8 @@ class Server(uvicorn.Server):
         self._life.stop()
         self._watch.begin()
         await super().shutdown(sockets)
+        if given_up := set(self.server_state.tasks):
+            await asyncio.wait(given_up, timeout=TOLD)
         self._life.end()
         _LOG.info("Stopped")
         self._watch.ended()
@@ -169,17 +174,17 @@ def config_of(settings: Settings, server: FastAPI) -> uvicorn.Config:
         server,
         host=settings.host,
         port=settings.port,
-        http=Wire,
+        http=cast(Any, functools.partial(Wire, Entrance(settings))),
         log_config=None,
         # Requests are logged by who knows their number.
         access_log=False,
         server_header=False,
         # The guard has to know whether a proxy asked, before anybody puts the client in its place.
         proxy_headers=False,
-        # Longer than proxies keep a connection: what they send into one that is being closed is lost.
+        # Longer than the proxy keeps a connection (deploy/Caddyfile): what it sends into one that is being closed is
+        # lost.
         timeout_keep_alive=75,
         timeout_graceful_shutdown=max(1, int(LONGEST - ENDING - settings.drain_seconds)),
-        limit_concurrency=settings.sockets + SPARE,
         ws_max_size=WITHIN,
         # It takes as long as the answer to a moving slider does, and makes its numbers a fifth smaller.
         ws_per_message_deflate=False,

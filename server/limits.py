@@ -1,15 +1,23 @@
-"""How much one client may take: of requests by time, of sockets at a time."""
+"""How much one client may take: of requests and messages by time, of sockets and of what is worked on at a time."""
 
 from __future__ import annotations
 
+import asyncio
+import threading
 from collections import Counter, OrderedDict
 from dataclasses import dataclass
+from weakref import WeakValueDictionary
 
 MOST_CLIENTS = 10_000
 """Clients that are remembered, about 2 MB; of more of them, the one heard of longest ago is forgotten first."""
 
 ROUNDING = 1e-6
 """Seconds that are no wait: a clock that has run for a year is good to a fraction of this."""
+
+
+def share(most: int) -> int:
+    """The part of so many that one client may have: half of them, and one at least."""
+    return max(1, (most + 1) // 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,9 +40,9 @@ class Rate:
         wait = max(full - now, 0.0) + (1 - self.at_once) / self.per_second
         return wait if wait > ROUNDING else 0.0
 
-    def taken(self, full: float, now: float) -> float:
-        """When the bucket is full after one more has been taken."""
-        return max(full, now) + 1 / self.per_second
+    def taken(self, full: float, now: float, amount: float = 1) -> float:
+        """When the bucket is full after so many more have been taken."""
+        return max(full, now) + amount / self.per_second
 
 
 class Buckets:
@@ -53,45 +61,98 @@ class Buckets:
     def __len__(self) -> int:
         return len(self._full)
 
+    def wait(self, client: str, now: float) -> float:
+        """Seconds until there is one for a client; 0 where there is."""
+        return self._rate.wait(self._full.get(client, 0.0), now)
+
+    def draw(self, client: str, now: float, amount: float) -> None:
+        """Take so many for a client, whether they are there or not: until they have come back there is none."""
+        self._keep(client, self._rate.taken(self._full.pop(client, 0.0), now, amount))
+
     def take(self, client: str, now: float) -> float:
         """Take one for a client: 0, or the seconds until there is one, when nothing was taken."""
         full = self._full.pop(client, 0.0)
         wait = self._rate.wait(full, now)
-        self._full[client] = full if wait else self._rate.taken(full, now)
+        self._keep(client, full if wait else self._rate.taken(full, now))
+        return wait
+
+    def book(self, client: str, now: float) -> float:
+        """Take one for a client, of what is there or of what comes back next: the seconds until it is there."""
+        full = self._full.pop(client, 0.0)
+        self._keep(client, self._rate.taken(full, now))
+        return self._rate.wait(full, now)
+
+    def _keep(self, client: str, full: float) -> None:
+        self._full[client] = full
         if len(self._full) > self._most:
             self._full.popitem(last=False)
-        return wait
 
 
 class Places:
-    """What clients hold at a time.
+    """What clients hold at a time. Any thread may call this.
 
     Args:
         most: of all clients.
         most_of_one: of one of them.
+
+    Attributes:
+        total: that are held.
     """
 
     def __init__(self, most: int, most_of_one: int) -> None:
         self._most = most
         self._most_of_one = most_of_one
         self._held: Counter[str] = Counter()
+        self._lock = threading.Lock()
         self.total = 0
 
-    def enter(self, client: str) -> bool:
-        """Take a place; whether there was one."""
-        if self.total >= self._most or self._held[client] >= self._most_of_one:
-            return False
-        self.total += 1
-        self._held[client] += 1
-        return True
+    def has(self, client: str, amount: int = 1) -> bool:
+        """Whether there are so many for a client."""
+        return self.total + amount <= self._most and self._held[client] + amount <= self._most_of_one
 
-    def leave(self, client: str) -> None:
-        """Give a place back that was taken."""
-        self.total -= 1
-        self._held[client] -= 1
-        # Who holds nothing is not remembered.
-        if not self._held[client]:
-            del self._held[client]
+    def held(self, client: str) -> int:
+        """How many a client holds."""
+        return self._held[client]
+
+    def enter(self, client: str, amount: int = 1) -> bool:
+        """Take so many places; whether there were."""
+        with self._lock:
+            if not self.has(client, amount):
+                return False
+            self.total += amount
+            self._held[client] += amount
+            return True
+
+    def leave(self, client: str, amount: int = 1) -> None:
+        """Give so many places back that were taken."""
+        with self._lock:
+            self.total -= amount
+            self._held[client] -= amount
+            # Who holds nothing is not remembered.
+            if not self._held[client]:
+                del self._held[client]
 
     def __len__(self) -> int:
         return len(self._held)
+
+
+class Turns:
+    """What is worked on for clients at a time; the rest waits in its order, that of each client apart.
+
+    Args:
+        most_of_one: for one client.
+    """
+
+    def __init__(self, most_of_one: int) -> None:
+        self._most_of_one = most_of_one
+        self._turns: WeakValueDictionary[str, asyncio.Semaphore] = WeakValueDictionary()
+
+    def of(self, client: str) -> asyncio.Semaphore:
+        """Those of a client, the same for as long as anybody holds on to them."""
+        turns = self._turns.get(client)
+        if turns is None:
+            turns = self._turns[client] = asyncio.Semaphore(self._most_of_one)
+        return turns
+
+    def __len__(self) -> int:
+        return len(self._turns)

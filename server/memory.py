@@ -14,6 +14,7 @@ two minutes where a class is at work, which takes a tenth of a second."""
 ARENAS = 2
 
 _M_ARENA_MAX = -8
+_ALL = 2
 
 
 def share() -> None:
@@ -26,8 +27,21 @@ def share() -> None:
         ctypes.CDLL(None).mallopt(_M_ARENA_MAX, ARENAS)
 
 
+def _give_back(phase: str, info: dict[str, int]) -> None:
+    """After all of it was looked at, let the system have the pages on which nothing is left.
+
+    The C library keeps what lies below anything that is still used. So a process would grow to the most that was ever
+    in use, and on, since holes that are filled by what is smaller are not holes any more.
+    """
+    if phase == "stop" and info["generation"] == _ALL:
+        with contextlib.suppress(OSError, AttributeError):
+            ctypes.CDLL(None).malloc_trim(0)
+
+
 def settle() -> None:
     """What is here now stays: look at it no more, and less often at what is new."""
+    if _give_back not in gc.callbacks:
+        gc.callbacks.append(_give_back)
     gc.collect()
     gc.freeze()
     gc.set_threshold(YOUNG, MIDDLE, OLD)

@@ -27,6 +27,9 @@ FOREIGN = (b"cross-site", b"same-site")
 POLICY, TRY_LATER = 1008, 1013
 """Codes that a socket is closed with."""
 
+BEFORE = "refusal"
+"""Name in a scope's state of a refusal by who reads from the network: of what cannot be read, or finds no place."""
+
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
@@ -45,6 +48,16 @@ class Refusal:
     status: int
     headers: Mapping[str, str] = field(default_factory=dict)
     code: int = POLICY
+
+
+CROWDED = Refusal(
+    "connections",
+    InputError("connections", "must wait: as many as may be are open", "one more"),
+    503,
+    {"Retry-After": "5", "Connection": "close"},
+    TRY_LATER,
+)
+"""Of who came when all places for connections were taken; who looks whether the server lives needs none."""
 
 
 class Screen:
@@ -68,16 +81,20 @@ class Screen:
             scope: of the request or socket.
             headers: of it, by name.
             client: that it is counted for.
-            is_limited: whether it is counted at all.
+            is_limited: whether it is counted at all, and needs a place.
         """
+        before: Refusal | None = scope["state"].pop(BEFORE, None)
+        if before is not None and (is_limited or before is not CROWDED):
+            return before
         wait = self._asked.take(client, time.monotonic()) if is_limited else 0.0
         if wait:
             later = {"Retry-After": str(math.ceil(wait))}
             return Refusal("rate", InputError("requests", self._rule, "more"), 429, later, TRY_LATER)
-        return _too_long(scope) or _from_elsewhere(scope, headers)
+        return too_long(scope) or _from_elsewhere(scope, headers)
 
 
-def _too_long(scope: Scope) -> Refusal | None:
+def too_long(scope: Scope) -> Refusal | None:
+    """Why it is refused for the length of its address or its headers; None where it is not."""
     length = len(scope.get("raw_path") or b"") + len(scope["query_string"])
     if length > LONGEST_ADDRESS:
         rule = f"must have at most {LONGEST_ADDRESS} characters"

@@ -117,7 +117,9 @@ class Settings:
     requests_at_once: int = _set(2000, _whole("Requests of one client, in a burst.", 1, 1_000_000))
     sockets: int = _set(2000, _whole("Sockets that may be open at a time.", 1, 100_000))
     sockets_per_client: int = _set(500, _whole("Sockets of one client that may be open at a time.", 1, 100_000))
-    scenes: int = _set(150, _whole("Scenes in three dimensions that may be open at a time.", 0, 10_000))
+    scenes: int = _set(
+        150, _whole("Scenes in three dimensions that may be open at a time, half of them one client's.", 0, 10_000)
+    )
     helpers: int = _set(
         0,
         _whole("Other processes that compute answers too while one processor is not enough.", 0, 64),

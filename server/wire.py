@@ -1,65 +1,391 @@
-"""What comes before there is a request to look at: uvicorn reads headers of any size for any time.
+"""What comes before there is a request to look at, beside its body, and between requests.
 
-One connection could fill the memory with a header that does not end, or stay for ever with one that hardly begins.
+uvicorn reads headers of any size for any time, keeps as many requests as one connection sends ahead, and waits for ever
+for what a client has only begun. Here every connection has a place, and all that it may send has a bound and an end.
+What is refused is answered by the guard, like all else: it finds the refusal in the scope's state, see `screen.BEFORE`.
 """
 
 from __future__ import annotations
 
 import asyncio
+import socket
+from typing import Any
 
-from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+import httptools
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets import http11
+from websockets.exceptions import InvalidMessage
+
+from server.clients import client_at, proxies_of
+from server.limits import Places
+from server.metrics import REFUSALS
+from server.screen import BEFORE, CROWDED, LARGEST_HEADERS, LONGEST_ADDRESS, MOST_HEADERS, Refusal, too_long
+from server.settings import Settings
+from tracker_core.checks import InputError
 
 HEAD_SECONDS = 10.0
-"""For which the headers of a request may be on their way; a connection may not wait longer for its first ones."""
+"""For which the headers of a request may be on their way, or a body that nobody waits for any more; a connection may
+not wait longer for its first ones."""
 
-HEAD_BYTES = 64 * 1024
-"""Of what has come without the end of the headers; what ends is measured more closely, see `screen`."""
+BESIDE_BYTES = 64 * 1024
+"""Of what comes of a request and is not its body; what ends is measured more closely, see `screen`."""
+
+BESIDE_EACH = 8
+"""Bytes more for every byte of the body: one that comes alone, in a chunk, has five beside it."""
+
+MOST_AHEAD = 8
+"""Requests of one connection that are not answered yet. Browsers and proxies wait for each answer."""
+
+STALLED_MS = 60_000
+"""For which who is answered may take nothing of what is sent."""
+
+SPARE, SPARE_OF_ONE = 1000, 500
+"""Connections that may be open beside all sockets, and beside those of one client: a browser opens up to six."""
+
+EXTRA, EXTRA_OF_ONE = 500, 50
+"""Connections of those for whom there is no place, who are told so; more are closed without a word."""
+
+MALFORMED = Refusal("malformed", InputError("request", "must be HTTP/1.1", "something else"), 400)
+HEAD_TOO_LARGE = Refusal(
+    "headers", InputError("headers", f"must have at most {LARGEST_HEADERS} characters together", "more"), 431
+)
+PADDED = Refusal("padding", InputError("body", "must be more than what is beside it", "too little"), 400)
+AHEAD = Refusal("ahead", InputError("requests", f"must be at most {MOST_AHEAD} ahead of their answers", "more"), 429)
+NOT_ALONE = Refusal("handshake", InputError("handshake", "must wait until all before it is answered", "one ahead"), 400)
+
+# A line may be as long as an address or all headers together. It is read anew for every line.
+http11.MAX_LINE_LENGTH = LONGEST_ADDRESS + LARGEST_HEADERS
+
+
+def most_connections(settings: Settings) -> int:
+    """How many may be open at a time."""
+    return settings.sockets + SPARE + EXTRA
+
+
+class Entrance:
+    """Places for connections; a client is an address, but the connections of a known proxy are those of many.
+
+    Args:
+        settings: `sockets`, `sockets_per_client` and `proxies` of them.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self._most = settings.sockets + SPARE
+        self._places = Places(self._most, settings.sockets_per_client + SPARE_OF_ONE)
+        self._extra = Places(EXTRA, EXTRA_OF_ONE)
+        self._is_proxy = proxies_of(settings.proxies)
+
+    def client(self, peer: tuple[str, int] | None) -> str:
+        """By what name a connection from an address and port takes a place."""
+        address, port = peer or ("", 0)
+        return f"{address} {port}" if self._is_proxy(address) else client_at(address).key
+
+    def spares(self, peer: tuple[str, int] | None) -> bool:
+        """Whether who comes from there is heard in any case: some of them ask whether the server lives."""
+        address = peer[0] if peer else ""
+        return self._is_proxy(address) or client_at(address).loopback
+
+    def take(self, client: str, held: Places | None = None) -> Places | None:
+        """Take the best place that there is, and give back the one that is held for it; None for no place."""
+        if held is not self._places and self._places.enter(client):
+            if held is not None:
+                held.leave(client)
+            return self._places
+        return self._extra if held is None and self._extra.enter(client) else held
+
+    def serves(self, held: Places | None, working: int) -> bool:
+        """Whether who holds this place is served while so many others are being answered."""
+        return held is self._places and working < self._most
+
+
+class UnwantedError(Exception):
+    """What has come is not read any further.
+
+    Attributes:
+        refusal: why.
+    """
+
+    def __init__(self, refusal: Refusal) -> None:
+        super().__init__(refusal.reason)
+        self.refusal = refusal
 
 
 class Wire(HttpToolsProtocol):
-    """HTTP/1.1 as uvicorn speaks it, with bounds on what comes before a body: `uvicorn.Config(http=Wire)`."""
+    """HTTP/1.1 as uvicorn speaks it, with bounds: `uvicorn.Config(http=functools.partial(Wire, entrance))`.
 
-    _in_head = False
-    _head = 0
-    _ending: asyncio.TimerHandle | None = None
+    Args:
+        entrance: of all connections.
+        more: what uvicorn gives each.
+    """
+
+    def __init__(self, entrance: Entrance, **more: Any) -> None:
+        super().__init__(**more)
+        self._entrance = entrance
+        self._name = ""
+        self._place: Places | None = None
+        # Where in a request the last byte stood, and whether no more are read.
+        self._in_head = self._in_body = self._is_deaf = False
+        # Of the request that is coming: whether it began in what was read last, bytes that are not its body, bytes of
+        # its body, of these in what was read last, and characters of its headers.
+        self._is_new, self._beside, self._body, self._brought, self._named = False, 0, 0, 0, 0
+        self._ending: asyncio.TimerHandle | None = None
+
+    # Connection ------------------------------------------------------------------------------------------------------
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Begin to wait for the first request."""
+        """Take a place and begin to wait for the first request."""
         super().connection_made(transport)
-        self._wait()
+        self._name = self._entrance.client(self.client)
+        self._place = self._entrance.take(self._name)
+        if self._place is None and not self._entrance.spares(self.client):
+            REFUSALS.labels(CROWDED.reason).inc()
+            self._is_deaf = True
+            transport.abort()
+            return
+        if hasattr(socket, "TCP_USER_TIMEOUT"):
+            # The system ends what stalls, whoever speaks over it later: uvicorn waits for it for ever.
+            transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, STALLED_MS)
+        self._settle()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Wait no more."""
+        """Wait no more, and give the place back."""
         self._stop_waiting()
+        self._unset_keepalive_if_required()
         super().connection_lost(exc)
+        if self._place is not None:
+            self._place.leave(self._name)
+
+    # What comes ------------------------------------------------------------------------------------------------------
 
     def data_received(self, data: bytes) -> None:
         """Read what has come."""
-        super().data_received(data)
-        if not self._in_head or self.transport.is_closing():
+        if self._is_deaf:
             return
-        self._head += len(data)
-        if self._head > HEAD_BYTES:
-            self.send_400_response("The headers are too large.")
-        else:
-            self._wait()
+        self._unset_keepalive_if_required()
+        self._is_new, self._brought = False, 0
+        try:
+            self.parser.feed_data(data)
+        except httptools.HttpParserUpgrade:
+            if self._should_upgrade():
+                self.handle_websocket_upgrade()
+                return
+            # It is answered like any other request, but what follows would be taken for another, its body as well.
+            self.cycle.keep_alive, self._is_deaf = False, True
+        except httptools.HttpParserError as error:
+            cause = error.__context__
+            self._refuse(cause.refusal if isinstance(cause, UnwantedError) else MALFORMED)
+            return
+        if not self._is_new:
+            # Where one request ends in it and the next begins, nobody knows what belongs to which.
+            self._beside += len(data) - self._brought
+        if (self._in_head or self._in_body) and self._beside > BESIDE_BYTES + BESIDE_EACH * self._body:
+            self._refuse(HEAD_TOO_LARGE if self._in_head else PADDED)
+        self._settle()
 
     def on_message_begin(self) -> None:
         """A request begins."""
-        self._in_head, self._head = True, 0
+        self._in_head = self._is_new = True
+        self._beside = self._body = self._named = 0
         super().on_message_begin()
+
+    def on_header(self, name: bytes, value: bytes) -> None:
+        """Keep a header, of those before the body, and no more than it takes to see that there are too many."""
+        if self._in_head and len(self.headers) <= MOST_HEADERS and self._named <= LARGEST_HEADERS:
+            self._named += len(name) + len(value)
+            super().on_header(name, value)
 
     def on_headers_complete(self) -> None:
         """Its headers are there."""
-        self._in_head = False
-        self._stop_waiting()
+        if len(self.pipeline) + self._is_busy() >= MOST_AHEAD:
+            raise UnwantedError(AHEAD)
+        self._place = self._entrance.take(self._name, self._place)
+        if not self._entrance.serves(self._place, len(self.tasks)):
+            self.scope["state"][BEFORE] = CROWDED
         super().on_headers_complete()
+        self._in_head, self._in_body = False, True
+
+    def on_body(self, body: bytes) -> None:
+        """A part of its body."""
+        self._brought += len(body)
+        self._body += len(body)
+        super().on_body(body)
+
+    def on_message_complete(self) -> None:
+        """All of it is there."""
+        self._in_body = False
+        super().on_message_complete()
+        if not self._is_busy():
+            # Its answer was sooner.
+            self._stop_waiting()
+            self._keep()
+
+    def handle_websocket_upgrade(self) -> None:
+        """Hand the connection over, or answer what cannot be one as any other request."""
+        self._stop_waiting()
+        self._unset_keepalive_if_required()
+        # uvicorn looks no further at what is to be a socket.
+        scope: Any = self.scope
+        scope.update({"path": "", "raw_path": self.url, "query_string": b""})
+        refusal = NOT_ALONE if self._is_busy() else too_long(scope)
+        if refusal is None:
+            refusal = self._hand_over()
+        if refusal is not None:
+            self._refuse(refusal)
+
+    def _hand_over(self) -> Refusal | None:
+        """Have the connection go on as a socket; why it cannot, where it cannot."""
+        first = f"{self.scope['method']} ".encode(), self.url, f" HTTP/{self.scope['http_version']}\r\n".encode()
+        lines = [part for name, value in self.headers for part in (name, b": ", value, b"\r\n")]
+        own = Socket(config=self.config, server_state=self.server_state, app_state=self.scope["state"])
+        own.conn.receive_data(b"".join([*first, *lines, b"\r\n"]))
+        requests = own.conn.events_received()
+        # It is looked at here, since of what is none uvicorn's own says nothing, or answers in words of its own.
+        if not requests or own.conn.accept(requests[0]).status_code != 101:  # type: ignore[arg-type]
+            error = own.conn.handshake_exc
+            received = str(error.__cause__ if isinstance(error, InvalidMessage) else error)
+            rule = "must be that of a socket (RFC 6455)"
+            version = {"Sec-WebSocket-Version": "13"}
+            return Refusal("handshake", InputError("handshake", rule, received), 400, version)
+        self.connections.discard(self)
+        own.place, own.name = self._place, self._name
+        own.connection_made(self.transport)
+        own.handle_connect(requests[0])  # type: ignore[arg-type]
+        self.transport.set_protocol(own)
+        return None
+
+    # What is refused -------------------------------------------------------------------------------------------------
+
+    def _refuse(self, refusal: Refusal) -> None:
+        """Answer what cannot be read, after what came before it; nothing more is read, and the connection closed."""
+        self._is_deaf = True
+        if not self._in_body:
+            self._answer(refusal)
+        elif self._is_busy():
+            # Its request is being answered: whoever waits for the body finds it.
+            self.cycle.scope["state"][BEFORE] = refusal
+            self.cycle.keep_alive = False
+            self.cycle.message_event.set()
+        else:
+            self._close(refusal)
+
+    def _answer(self, refusal: Refusal) -> None:
+        """Have the guard answer in the place of a request."""
+        if self.scope is getattr(self.cycle, "scope", None):
+            # Nothing of it is known; it needs a scope of its own.
+            super().on_message_begin()
+        scope: Any = self.scope
+        for name, nothing in (("method", ""), ("path", ""), ("raw_path", b""), ("query_string", b"")):
+            scope.setdefault(name, nothing)
+        scope["state"][BEFORE] = refusal
+        cycle = RequestResponseCycle(
+            scope=scope,
+            transport=self.transport,
+            flow=self.flow,
+            logger=self.logger,
+            access_logger=self.access_logger,
+            access_log=self.access_log,
+            default_headers=self.server_state.default_headers,
+            message_event=asyncio.Event(),
+            expect_100_continue=False,
+            keep_alive=False,
+            on_response=self.on_response_complete,
+        )
+        is_busy, self.cycle = self._is_busy(), cycle
+        if is_busy:
+            self.pipeline.appendleft((cycle, self.app))
+        else:
+            self._start_asgi_task(cycle, self.app)
+        self._settle()
+
+    def _close(self, refusal: Refusal) -> None:
+        """Close a connection on which there is nothing to be answered any more."""
+        REFUSALS.labels(refusal.reason).inc()
+        self.transport.close()
+
+    # Waiting ---------------------------------------------------------------------------------------------------------
+
+    def on_response_complete(self) -> None:
+        """A request is answered."""
+        super().on_response_complete()
+        self._settle()
+
+    def _is_busy(self) -> bool:
+        """Whether a request is being answered: how long that may take is the guard's."""
+        # There is none before the first.
+        return not getattr(self.cycle, "response_complete", True)
+
+    def _settle(self) -> None:
+        """Wait with an end for what has to come next, whatever has come."""
+        if self._is_busy() or self.transport.is_closing():
+            self._stop_waiting()
+            self._unset_keepalive_if_required()
+        elif self._in_head or self._in_body:
+            self._unset_keepalive_if_required()
+            self._wait()
+        elif self.timeout_keep_alive_task is None:
+            self._wait()
 
     def _wait(self) -> None:
         if self._ending is None:
-            self._ending = self.loop.call_later(HEAD_SECONDS, self.transport.close)
+            self._ending = self.loop.call_later(HEAD_SECONDS, self._end)
+
+    def _keep(self) -> None:
+        self._unset_keepalive_if_required()
+        self.timeout_keep_alive_task = self.loop.call_later(self.timeout_keep_alive, self.timeout_keep_alive_handler)
 
     def _stop_waiting(self) -> None:
         if self._ending is not None:
             self._ending.cancel()
             self._ending = None
+
+    def _end(self) -> None:
+        """End a connection on which something has been waited for too long."""
+        self._ending = None
+        if self._in_head or self._in_body:
+            what = "headers" if self._in_head else "body"
+            error = InputError(what, f"must come in full within {HEAD_SECONDS:g} s", f"{self._beside} bytes")
+            self._refuse(Refusal("slow", error, 408))
+        else:
+            # Browsers open connections ahead that they may never need.
+            self.transport.close()
+
+
+class Socket(WebSocketsSansIOProtocol):
+    """A WebSocket as uvicorn speaks it, after `Wire` has read its head.
+
+    Attributes:
+        place: that is given back when the connection is gone.
+        name: of the client, by which it was taken.
+    """
+
+    place: Places | None = None
+    name = ""
+    _is_ending = False
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Give the place back."""
+        super().connection_lost(exc)
+        if self.place is not None:
+            self.place.leave(self.name)
+
+    def data_received(self, data: bytes) -> None:
+        """Read what has come; a client that does not wait until it is opened is none."""
+        if self.handshake_complete:
+            super().data_received(data)
+        else:
+            self.transport.close()
+
+    def shutdown(self) -> None:
+        """Close it because the server stops; one that is not open yet is first opened, or answered by the guard."""
+        self._is_ending = True
+        if self.handshake_complete:
+            super().shutdown()
+
+    async def send(self, message: Any) -> None:
+        """Pass on what the application says."""
+        await super().send(message)
+        # An answer in its place ends the handshake as well, which uvicorn would log as an error.
+        self.handshake_complete |= self.close_sent
+        if self._is_ending and message["type"] == "websocket.accept" and self.handshake_complete:
+            super().shutdown()

@@ -19,6 +19,9 @@ GROWTH = 20.0
 PAGES = ("/stability", "/tune", "/compare", "/data", "/3d", "/papers", "/")
 PATIENCE = 120_000.0
 
+ROUNDS = 10
+"""Of letting go, until nothing more is let go."""
+
 
 @dataclass(frozen=True, slots=True)
 class Kept:
@@ -54,11 +57,11 @@ def walk(page: Page, address: str, changes: int) -> tuple[Kept, Kept]:
     settle(page)
     session = page.context.new_cdp_session(page)
     _go(page, len(PAGES), PAGES)
-    before = _kept(session)
+    before = _kept(page, session)
     _go(page, changes, PAGES)
     # The last page is another one than before: the same page is compared with itself.
     _go(page, -changes % len(PAGES), PAGES[changes % len(PAGES) :])
-    return before, _kept(session)
+    return before, _kept(page, session)
 
 
 def _go(page: Page, changes: int, pages: tuple[str, ...]) -> None:
@@ -74,10 +77,15 @@ def _desk(path: str) -> str:
     return {"/": "explore", "/3d": "track"}.get(path, path[1:])
 
 
-def _kept(session: CDPSession) -> Kept:
-    # What is let go by what is collected is collected the next time.
-    for _ in range(3):
+def _kept(page: Page, session: CDPSession) -> Kept:
+    counted: dict[str, int] = {}
+    for _ in range(ROUNDS):
+        last = counted
+        # What is still to be done for a page holds it; what is let go by what is collected is collected the next time.
+        page.evaluate("() => new Promise(done => requestIdleCallback(() => done()))")
         session.send("HeapProfiler.collectGarbage")
-    counted = session.send("Memory.getDOMCounters")
+        counted = session.send("Memory.getDOMCounters")
+        if counted == last:
+            break
     used = session.send("Runtime.getHeapUsage")["usedSize"]
     return Kept(used / 1e6, counted["nodes"], counted["jsEventListeners"])

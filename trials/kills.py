@@ -17,6 +17,7 @@ import orjson
 import uvloop
 
 from benchmarks.serving import Running, start, wait_until_ready
+from layouts.files import PART, SUFFIX, SUM
 from trials.report import Finding, none_of
 from trials.wire import Client
 
@@ -50,7 +51,7 @@ def trial(short: bool = False) -> Iterator[Finding]:
         yield none_of("sets that are lost or broken", seen.faults, sent)
         yield Finding("sets that were acknowledged", str(len(seen.acknowledged)), "some", bool(seen.acknowledged))
         yield Finding("killed before it was ready", str(seen.early))
-        left = [path.name for path in Path(folder).iterdir() if path.suffix != ".recording"]
+        left = [path.name for path in Path(folder).iterdir() if path.suffix != SUFFIX and path.name != SUM]
         yield none_of("left over after a start two hours later", left, f"{seen.parts} that there were")
 
 
@@ -72,7 +73,12 @@ class _Killed:
         self.early = self.parts = 0
         self._folder = folder
         self._random = Random(1)
-        self._settings = {"GAINSCOPE_DATA": str(folder), "GAINSCOPE_PORT": str(_free_port())}
+        self._settings = {
+            "GAINSCOPE_DATA": str(folder),
+            # More than it is sent: nothing makes room for anything else.
+            "GAINSCOPE_DATA_MB": "100000",
+            "GAINSCOPE_PORT": str(_free_port()),
+        }
         self._checked: set[str] = set()
 
     async def run(self, kills: int) -> _Killed:
@@ -158,7 +164,7 @@ class _Killed:
 
     def _age(self) -> None:
         """What is left over was left long ago."""
-        for path in self._folder.glob("*.part"):
+        for path in self._folder.glob(f"*{PART}"):
             self.parts += 1
             then = time.time() - AGED
             os.utime(path, (then, then))

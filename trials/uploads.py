@@ -12,6 +12,7 @@ import psutil
 import uvloop
 
 from benchmarks.serving import running
+from layouts.files import SUFFIX, SUM
 from trials.report import Finding, at_most, none_of
 from trials.wire import Client
 
@@ -39,8 +40,8 @@ def trial(short: bool = False) -> Iterator[Finding]:
                 growth, wrong = uvloop.run(_send(it.port, server, keep, told=told, rounds=rounds))
                 yield none_of(f"{how}: other answers than 413", wrong, f"{rounds} times")
                 yield at_most(f"{how}: memory at its peak", growth, GROWTH, "MB")
-        left = [path.name for path in Path(folder).iterdir()]
-        yield none_of("left on the disk", [name for name in left if not name.endswith(".recording")], "the folder")
+        left = [path.name for path in Path(folder).iterdir() if path.suffix != SUFFIX and path.name != SUM]
+        yield none_of("left on the disk", left, "the folder")
 
 
 async def _send(port: int, server: psutil.Process, keep: str, *, told: bool, rounds: int) -> tuple[float, list[str]]:

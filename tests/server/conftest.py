@@ -1,9 +1,17 @@
-"""Requests and sockets without a network, in the words of ASGI; and the same examples in every run."""
+"""Requests and sockets without a network, in the words of ASGI, and over one; the same examples in every run."""
 
 import asyncio
+import contextlib
+import threading
+import time
+from dataclasses import replace
 
 import pytest
+import uvicorn
 from hypothesis import settings
+
+from server import metrics
+from server.lifecycle import config_of
 
 settings.register_profile("server", derandomize=True, deadline=None, max_examples=100, print_blob=True)
 settings.load_profile("server")
@@ -43,8 +51,8 @@ class Answer:
         self.is_whole = bool(sent) and not sent[-1].get("more_body", False)
 
 
-async def ask_async(app, method="GET", path="/", *, body=(), **more):
-    """One request; an exception instead of a part of its body is the end of time, None that the client leaves."""
+async def ask_async(app, method="GET", path="/", *, body=(), until=None, **more):
+    """One request; None instead of a part of its body is that the client leaves; given up on at an event."""
     parts = [body] if isinstance(body, bytes) else list(body)
     scope = scope_of("http", path, method=method, **more)
     sent = []
@@ -62,8 +70,25 @@ async def ask_async(app, method="GET", path="/", *, body=(), **more):
 
     if not parts:
         parts.append(b"")
-    await app(scope, receive, send)
+    task = asyncio.ensure_future(app(scope, receive, send))
+    if until is not None:
+        await until.wait()
+        task.cancel()
+    await task
     return Answer(sent)
+
+
+@pytest.fixture
+def counted():
+    """By how much a figure has grown since it was looked at first."""
+    before = {}
+
+    def grown(name, **labels):
+        key = (name, *sorted(labels.items()))
+        now = metrics.REGISTRY.get_sample_value(name, labels) or 0
+        return now - before.setdefault(key, now)
+
+    return grown
 
 
 @pytest.fixture(scope="session")
@@ -96,3 +121,24 @@ def talk():
         return sent
 
     return lambda *args, **more: asyncio.run(once(*args, **more))
+
+
+@pytest.fixture(scope="session")
+def served():
+    """An application on a port, as it is served for good: `with served(app, settings) as address: ...`."""
+
+    @contextlib.contextmanager
+    def started(app, settings):
+        server = uvicorn.Server(config_of(replace(settings, port=0), app))
+        thread = threading.Thread(target=server.run)
+        thread.start()
+        while not server.started:
+            assert thread.is_alive()
+            time.sleep(0.01)
+        try:
+            yield server.servers[0].sockets[0].getsockname()
+        finally:
+            server.should_exit = True
+            thread.join()
+
+    return started

@@ -1,8 +1,10 @@
 """Work in another process: what comes back, what is done here instead, and that nothing of it is left."""
 
+import contextlib
 import operator
 import os
 import pickle
+import resource
 import signal
 import subprocess
 import sys
@@ -184,6 +186,24 @@ def test_a_command_that_there_is_not_costs_nothing(caplog):
     assert executor.submit(abs, 1).result(PATIENCE) == "here"
     assert not executor.running()
     assert "could not be started: FileNotFoundError" in caplog.text
+
+
+def test_its_pipe_may_have_any_number():
+    """A server has more sockets than `select` can look at."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if hard != resource.RLIM_INFINITY and hard < 1200:
+        pytest.skip("there are no such numbers here")
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, 1200), hard))
+    with contextlib.ExitStack() as held:
+        held.callback(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
+        while (number := os.dup(2)) < 1024:
+            held.callback(os.close, number)
+        held.callback(os.close, number)
+        executor = Apart(COMMAND, THREADS, Here())
+        made_ready(executor)
+        assert executor.submit(abs, -1).result(PATIENCE) == 1
+        executor.shutdown()
+        until(lambda: not executor.running())
 
 
 def test_an_answer_that_nobody_waits_for_is_no_fault(some):

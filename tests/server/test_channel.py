@@ -9,6 +9,7 @@ import pytest
 from fastapi import FastAPI, WebSocket, WebSocketDisconnect
 
 from server import channel, guard, metrics
+from server.channel import AT_A_TIME, Channel, Hearing
 from server.guard import Guard
 from server.limits import Rate
 from server.settings import Settings
@@ -179,34 +180,177 @@ def test_sockets_have_a_number_in_all_and_for_each_client():
     assert second == [accept] * 4
 
 
-def test_one_that_says_too_much_is_heard_in_time(monkeypatch):
-    """More than may be said at once waits, nothing is lost, and giving up waiting loses nothing either."""
-    now = 1000.0
-    monkeypatch.setattr(channel, "PACE", Rate(per_second=10, at_once=3))
-    monkeypatch.setattr(channel.time, "monotonic", lambda: now)
-    heard, gave_up = [], []
+# How they are heard --------------------------------------------------------------------------------------------------
 
-    async def sleep(seconds):
-        nonlocal now
-        if not gave_up:
-            gave_up.append(now)
-            raise asyncio.CancelledError
-        now += seconds
 
-    monkeypatch.setattr(channel.asyncio, "sleep", sleep)
-    incoming = iter(range(8))
+def speaking(hearing, client="192.0.2.1", most=1000):
+    """A socket that has numbers to say, all of them at once."""
+    numbers = iter(range(most))
 
     async def receive():
-        return {"type": "websocket.receive", "text": next(incoming)}
+        return {"type": "websocket.receive", "text": next(numbers)}
+
+    async def send(message):
+        assert message["type"] == "websocket.send"
+
+    return Channel({"type": "websocket"}, receive, send, None, "1", client, hearing)
+
+
+async def heard(socket):
+    return (await socket.receive())["text"]
+
+
+async def others():
+    """Everybody has a turn, and more than one."""
+    for _ in range(10):
+        await asyncio.sleep(0)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """What time it is, which goes on by waiting alone."""
+
+    class Clock:
+        now = 1000.0
+        gives_up = False
+
+        async def sleep(self, seconds):
+            if seconds and self.gives_up:
+                self.gives_up = False
+                raise asyncio.CancelledError
+            self.now += seconds
+
+    clock = Clock()
+    monkeypatch.setattr(channel.time, "monotonic", lambda: clock.now)
+    monkeypatch.setattr(channel.asyncio, "sleep", clock.sleep)
+    return clock
+
+
+def test_one_that_says_too_much_is_heard_in_time(monkeypatch, clock):
+    """More than may be said at once waits, nothing is lost, and giving up waiting loses nothing either."""
+    monkeypatch.setattr(channel, "PACE", Rate(per_second=10, at_once=3))
+    clock.gives_up = True
+    found = []
 
     async def play():
-        socket = channel.Channel({"type": "websocket"}, receive, None, None, "1")
-        while len(heard) < 8:
+        socket = speaking(Hearing())
+        while len(found) < 8:
             try:
-                heard.append(((await socket.receive())["text"], round(now - 1000, 6)))
+                found.append((await heard(socket), round(clock.now - 1000, 6)))
             except asyncio.CancelledError:
-                continue
+                assert clock.now == 1000
 
     asyncio.run(play())
-    assert heard == [(0, 0), (1, 0), (2, 0), (3, 0.1), (4, 0.2), (5, 0.3), (6, 0.4), (7, 0.5)]
-    assert gave_up == [1000]
+    assert found == [(0, 0), (1, 0), (2, 0), (3, 0.1), (4, 0.2), (5, 0.3), (6, 0.4), (7, 0.5)]
+    assert not clock.gives_up
+
+
+def test_all_sockets_of_a_client_are_heard_together(monkeypatch, clock):
+    """Each is one ahead at most, and they have the same share; nobody else waits for them."""
+    monkeypatch.setattr(channel, "PACE_OF_ALL", Rate(per_second=10, at_once=3))
+
+    async def play():
+        hearing = Hearing()
+        mine = [speaking(hearing) for _ in range(2)] * 5
+        found = [(await heard(socket), round(clock.now - 1000, 6)) for socket in mine]
+        began, stranger = clock.now, speaking(hearing, "192.0.2.2")
+        for _ in range(3):
+            await heard(stranger)
+        return found, clock.now - began
+
+    found, waited = asyncio.run(play())
+    times = [0, 0, 0, 0, 0, 0.1, 0.2, 0.3, 0.4, 0.5]
+    assert found == [(place // 2, time) for place, time in enumerate(times)]
+    assert waited == 0
+
+
+async def answers(socket):
+    await socket.send({"type": "websocket.send", "text": "an answer"})
+
+
+async def asks_for_the_next(socket):
+    asyncio.ensure_future(socket.receive())  # noqa: RUF006 - nobody waits for it
+
+
+async def goes(socket):
+    socket.end()
+
+
+@pytest.mark.parametrize("done", [answers, asks_for_the_next, goes])
+def test_so_many_messages_of_a_client_are_worked_on_at_a_time(monkeypatch, done):
+    monkeypatch.setattr(channel, "AT_A_TIME", 2)
+
+    async def play():
+        hearing = Hearing()
+        mine = [speaking(hearing) for _ in range(4)]
+        tasks = [asyncio.create_task(heard(socket)) for socket in mine]
+        await others()
+        assert [task.done() for task in tasks] == [True, True, False, False]
+        assert await heard(speaking(hearing, "192.0.2.2")) == 0
+        # Who gives up waiting for a turn is given the same message later.
+        tasks[2].cancel()
+        await done(mine[0])
+        await others()
+        assert [task.done() for task in tasks] == [True, True, True, True]
+        for socket in mine:
+            socket.end()
+        assert await asyncio.wait_for(heard(mine[2]), 20) == 0
+
+    asyncio.run(play())
+
+
+def test_between_two_messages_of_one_socket_others_have_their_turn():
+    async def play():
+        loop, turns = asyncio.get_running_loop(), [0]
+
+        def turn():
+            turns[-1] += 1
+            loop.call_soon(turn)
+
+        turn()
+        socket = speaking(Hearing())
+        for number in range(20):
+            turns.append(0)
+            assert await heard(socket) == number
+        return turns[1:]
+
+    assert min(asyncio.run(play())) > 0
+
+
+def test_forty_sliders_that_are_moved_behind_one_address_wait_for_nothing():
+    said = Hearing().said
+    assert not any(said.book("a", 100 + beat / 60) for beat in range(60 * 5) for _ in range(40))
+    assert AT_A_TIME > 40
+
+
+def test_a_client_is_the_same_for_all_of_its_sockets(monkeypatch):
+    """The addresses of one network are one machine's."""
+    monkeypatch.setattr(channel, "AT_A_TIME", 1)
+
+    async def play():
+        found, end = [], asyncio.Event()
+
+        async def app(scope, receive, send):
+            await send({"type": "websocket.accept"})
+            await receive()
+            found.append(scope["client"][0])
+            await end.wait()
+
+        async def receive():
+            return {"type": "websocket.receive", "text": ""}
+
+        async def send(message):
+            pass
+
+        guarded = Guard(app, SETTINGS)
+        clients = ["2001:db8::1", "2001:db8::2", "2001:db8:0:1::1"]
+        tasks = [asyncio.create_task(guarded(scope(client), receive, send)) for client in clients]
+        await others()
+        first = list(found)
+        end.set()
+        await asyncio.gather(*tasks)
+        return first, found
+
+    first, last = asyncio.run(play())
+    assert first == ["2001:db8::1", "2001:db8:0:1::1"]
+    assert last == [*first, "2001:db8::2"]

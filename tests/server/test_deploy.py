@@ -6,18 +6,23 @@ import json
 import re
 import shutil
 import subprocess
+from ipaddress import ip_address, ip_network
 from pathlib import Path
+from types import MappingProxyType
 
 import pytest
 import yaml
+from fastapi import FastAPI
 
 import app
 from layouts.files import Store
 from scripts import audit, licences, trim
 from scripts import settings as page_of_settings
 from server import metrics
-from server.lifecycle import LONGEST
-from server.settings import Settings
+from server.descriptors import needed
+from server.guard import HEALTH
+from server.lifecycle import LONGEST, config_of
+from server.settings import MOST_HELPERS, Settings
 
 ROOT = Path(__file__).parents[2]
 DEPLOY = ROOT / "deploy"
@@ -61,8 +66,10 @@ def services(name):
     return {each: service(file, each) for file in files for each in yaml.safe_load(file.read_text())["services"]}
 
 
-NAMED = [pytest.param(each, told, id=f"{name}:{each}") for name in COMPOSE for each, told in services(name).items()]
-EVERY = [pytest.param(told.values[1], id=told.id) for told in NAMED]
+TOLD = [(each, told, f"{name}:{each}") for name in COMPOSE for each, told in services(name).items()]
+NAMED = [pytest.param(each, told, id=name) for each, told, name in TOLD]
+EVERY = [pytest.param(told, id=name) for _, told, name in TOLD]
+SERVERS = [pytest.param(told, id=name) for each, told, name in TOLD if each.startswith("gainscope")]
 
 
 @pytest.mark.parametrize(("name", "told"), NAMED)
@@ -115,16 +122,77 @@ def test_three_servers_are_alike_and_trust_the_proxy_alone():
     told = services("compose.replicas.yaml")
     ours = [told[f"gainscope-{number}"] for number in (1, 2, 3)]
     assert ours[0] == ours[1] == ours[2]
-    [address] = told["proxy"]["networks"]["default"].values()
-    assert ours[0]["environment"]["GAINSCOPE_PROXIES"] == address
+    addresses = told["proxy"]["networks"]["default"].values()
+    assert set(ours[0]["environment"]["GAINSCOPE_PROXIES"].split(",")) == set(addresses)
     assert "recordings:/data" in ours[0]["volumes"]
+
+
+def test_the_proxy_has_an_address_of_its_own_for_visitors_of_either_protocol():
+    """Docker's own proxy would pass on those over IPv6, and all would come from one address."""
+    networks = yaml.safe_load((ROOT / "compose.replicas.yaml").read_text())["networks"]
+    assert networks["default"]["enable_ipv6"] is True
+    four, six = networks["default"]["ipam"]["config"]
+    addresses = services("compose.replicas.yaml")["proxy"]["networks"]["default"]
+    for version, config in ((4, four), (6, six)):
+        subnet, address = ip_network(config["subnet"]), ip_address(addresses[f"ipv{version}_address"])
+        assert (subnet.version, subnet.is_private) == (version, True)
+        assert address in subnet
+    # Nobody else is given it: others get one of a range without it, or one of the lowest.
+    assert ip_address(addresses["ipv4_address"]) not in ip_network(four["ip_range"])
+    assert int(ip_address(addresses["ipv6_address"])) - int(ip_network(six["subnet"])[0]) > 1000
+
+
+def filled(text, environment=MappingProxyType({})):
+    """A value of a compose file, as it is where these variables are set."""
+
+    def fill(found):
+        name, if_empty_as_well, usual = found.groups()
+        value = environment.get(name)
+        return usual if value is None or (if_empty_as_well and not value) else value
+
+    return re.sub(r"\$\{(\w+)(:?)-([^}]*)\}", fill, text)
 
 
 @pytest.mark.parametrize("told", EVERY)
 def test_every_setting_that_a_container_is_given_exists(told):
     given = {name: value for name, value in told.get("environment", {}).items() if name.startswith("GAINSCOPE_")}
-    usual = {name: re.sub(r"\$\{\w+:-(.*)\}", r"\1", value) for name, value in given.items()}
+    usual = {name: filled(value) for name, value in given.items()}
     assert given.keys() <= Settings.from_environment(usual).shown().keys()
+
+
+@pytest.mark.parametrize("told", SERVERS)
+def test_a_server_is_where_others_look_for_it_whatever_else_is_set(told):
+    """What is in the file of settings counts less than what stands in a compose file."""
+    given = told["environment"]
+    assert given["GAINSCOPE_HOST"] == "0.0.0.0"
+    port = given["GAINSCOPE_PORT"]
+    looked_for = [published.rpartition(":")[2] for published in told.get("ports", ())]
+    looked_for += re.findall(r"gainscope-\d:(\d+)", (DEPLOY / "Caddyfile").read_text())
+    looked_for += re.findall(r"port: (\d+)", (DEPLOY / "prometheus.yaml").read_text())
+    assert len(looked_for) >= 4
+    assert set(looked_for) == {port}
+
+
+@pytest.mark.parametrize("told", SERVERS)
+def test_recordings_are_kept_in_the_volume_or_nowhere(told):
+    folder = told["environment"]["GAINSCOPE_DATA"]
+    assert f"recordings:{filled(folder)}" in told["volumes"]
+    assert filled(folder, {"GAINSCOPE_DATA": ""}) == ""
+
+
+@pytest.mark.parametrize("name", COMPOSE)
+def test_what_another_container_is_told_the_servers_are_told_as_well(name):
+    told = services(name)
+    for each in told.values():
+        for variable, value in each.get("environment", {}).items():
+            if variable.startswith("GAINSCOPE_") and value.startswith("${"):
+                ours = [server["environment"][variable] for key, server in told.items() if key.startswith("gainscope")]
+                assert {filled(one, {variable: "set"}) for one in ours} == {"set"}
+
+
+@pytest.mark.parametrize("told", SERVERS)
+def test_a_server_may_open_as_much_as_its_settings_need(told):
+    assert told["ulimits"]["nofile"]["hard"] > 10 * needed(Settings(helpers=MOST_HELPERS))
 
 
 def test_a_server_has_longer_to_stop_than_it_takes():
@@ -195,6 +263,7 @@ def test_the_proxy_understands_what_it_is_told():
     found = re.findall(r'"policy": ?"(\w+)"', json.dumps(told))
     assert found == ["cookie"]
     assert re.findall(r'"dial": ?"([^"]+)"', json.dumps(told)) == [f"gainscope-{n}:8050" for n in (1, 2, 3)]
+    assert '"X-Request-Id": ["{http.request.uuid}"]' in json.dumps(told)
 
 
 def test_the_proxy_takes_the_largest_recording_and_little_more():
@@ -202,32 +271,132 @@ def test_the_proxy_takes_the_largest_recording_and_little_more():
     assert Settings().upload_mb < int(size) < 2 * Settings().upload_mb
 
 
+def test_the_proxy_does_not_keep_a_connection_as_long_as_the_servers():
+    [seconds] = re.findall(r"transport http \{\s+keepalive (\d+)s\s+\}", (DEPLOY / "Caddyfile").read_text())
+    assert int(seconds) < config_of(Settings(), FastAPI()).timeout_keep_alive - 5
+
+
+def test_a_visitor_does_not_give_requests_their_numbers():
+    assert "header_up X-Request-Id {http.request.uuid}" in (DEPLOY / "Caddyfile").read_text()
+    assert "proxy_set_header X-Request-Id $request_id;" in (ROOT / "docs" / "server.md").read_text()
+
+
 def panels():
     return json.loads((DEPLOY / "grafana" / "gainscope.json").read_text())["panels"]
 
 
+def rules():
+    return yaml.safe_load((DEPLOY / "alerts.yaml").read_text())["groups"][0]["rules"]
+
+
 def expressions():
-    rules = yaml.safe_load((DEPLOY / "alerts.yaml").read_text())["groups"][0]["rules"]
     shown = [target["expr"] for panel in panels() for target in panel.get("targets", ())]
-    return shown + [rule["expr"] for rule in rules]
+    return shown + [rule["expr"] for rule in rules()]
+
+
+class Asked:
+    """What an expression asks for: labels that it sums by, and of each figure its name and what its labels must be."""
+
+    def __init__(self, expr):
+        self.by = {label.strip() for labels in re.findall(r"\bby \(([^)]*)\)", expr) for label in labels.split(",")}
+        found = re.findall(r"\b((?:gainscope|process)_\w+)(?:\{([^}]*)\})?", expr)
+        self.figures = [(name, re.findall(r'(\w+)(=~|!~|!=|=)"([^"]*)"', told)) for name, told in found]
 
 
 @pytest.fixture(scope="module")
-def known(tmp_path_factory):
-    """Names of all figures of the server, as Prometheus has them."""
-    app.build(store=Store(tmp_path_factory.mktemp("recordings"), most_bytes=1, longest_age_days=1))
-    names = set()
+def server(tmp_path_factory):
+    store = Store(tmp_path_factory.mktemp("recordings"), most_bytes=1, longest_age_days=1)
+    return app.build(store=store).server
+
+
+@pytest.fixture(scope="module")
+def known(server):
+    """All figures of the server as Prometheus has them, by name: what each of their labels has been until now."""
+    figures = {}
     for family in metrics.REGISTRY.collect():
-        names.add(family.name)
         ending = {"counter": ["_total"], "histogram": ["_bucket", "_sum", "_count"]}.get(family.type, [])
-        names |= {family.name + end for end in ending}
-    return names
+        for name in (family.name, *(family.name + end for end in ending)):
+            # A figure that was never counted has no sample that would show its labels.
+            collector = metrics.REGISTRY._names_to_collectors.get(name)
+            labels = {label: set() for label in getattr(collector, "_labelnames", ())}
+            figures[name] = labels | ({"le": set()} if name.endswith("_bucket") else {})
+        for sample in family.samples:
+            for label, value in sample.labels.items():
+                figures[sample.name].setdefault(label, set()).add(value)
+    return figures
 
 
 def test_every_figure_of_the_dashboard_and_the_alarms_is_one_of_the_server(known):
-    asked = set(re.findall(r"\b(?:gainscope|process)_\w+", " ".join(expressions())))
+    asked = {name for expr in expressions() for name, _ in Asked(expr).figures}
     assert len(asked) > 10
-    assert asked <= known
+    assert asked <= known.keys()
+
+
+OF_PROMETHEUS = {"job", "instance"}
+
+
+def test_every_label_that_is_asked_for_is_one_of_its_figure(known, server):
+    [job] = yaml.safe_load((DEPLOY / "prometheus.yaml").read_text())["scrape_configs"]
+    routes = {route.path for route in server.routes}
+    seen = set()
+    for expr in expressions():
+        asked = Asked(expr)
+        for name, told in asked.figures:
+            assert asked.by <= known[name].keys() | OF_PROMETHEUS
+            for label, comparison, value in told:
+                assert label in known[name].keys() | OF_PROMETHEUS
+                if "$" in value:
+                    continue
+                seen.add(label)
+                values = {"job": {job["job_name"]}, "route": routes}.get(label) or known[name][label]
+                if "~" not in comparison:
+                    assert value in values
+                    continue
+                # Every word of it is there for something.
+                found = {each for each in values if re.fullmatch(value, each)}
+                assert [word for word in re.findall(r"\w+", value) if word not in " ".join(found)] == []
+    assert seen == {"job", "route", "work"}
+
+
+def test_what_is_written_beside_a_line_is_something_that_it_is_told_apart_by():
+    written = [
+        (target["expr"], re.findall(r"\{\{(\w+)\}\}", target["legendFormat"]))
+        for panel in panels()
+        for target in panel.get("targets", ())
+    ]
+    written += [(rule["expr"], re.findall(r"\$labels\.(\w+)", rule["annotations"]["summary"])) for rule in rules()]
+    assert sum(len(labels) for _, labels in written) > 20
+    for expr, labels in written:
+        is_summed = re.search(r"\b(sum|min|max|quantile)\b", expr.replace("histogram_quantile", ""))
+        assert set(labels) <= (Asked(expr).by if is_summed else OF_PROMETHEUS)
+
+
+def test_what_machines_ask_for_is_in_no_figure_of_answers():
+    """It is quick and comes all the time: among it nothing of a slow answer could be seen."""
+    asked = [
+        told for expr in expressions() for name, told in Asked(expr).figures if name.startswith("gainscope_request")
+    ]
+    assert len(asked) >= 6
+    for told in asked:
+        left_out = [value for label, comparison, value in told if (label, comparison) == ("route", "!~")]
+        assert all(any(re.fullmatch(value, path) for value in left_out) for path in (*HEALTH, metrics.PATH))
+
+
+@pytest.mark.parametrize("name", ["resident_memory_bytes", "cpu_seconds_total"])
+def test_what_the_server_takes_is_never_shown_without_what_it_has_started(name):
+    together = [" ".join(target["expr"] for target in panel.get("targets", ())) for panel in panels()]
+    together += [rule["expr"] for rule in rules()]
+    shown = [expr for expr in together if f"process_{name}" in expr or f"gainscope_children_{name}" in expr]
+    assert shown
+    for expr in shown:
+        assert f"process_{name}" in expr
+        assert f"gainscope_children_{name}" in expr
+
+
+def test_the_alarm_for_memory_comes_before_the_end_of_it():
+    [expr] = [rule["expr"] for rule in rules() if rule["alert"] == "Memory"]
+    limit = services("compose.yaml")["gainscope"]["mem_limit"]
+    assert float(expr.rpartition("> ")[2]) < 0.9 * int(limit.removesuffix("g")) * 2**30
 
 
 def test_every_kind_of_figure_is_on_the_dashboard(known):

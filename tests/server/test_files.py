@@ -169,6 +169,16 @@ def test_a_file_is_compressed_once_and_kept_for_the_next_server(files, kept, mon
     assert ask(later, "/script.js", accept_encoding="br")[2] == body
 
 
+@pytest.mark.parametrize("coding", [*COMPRESSED, "identity"])
+def test_all_who_are_sent_a_file_share_its_bytes(files, coding):
+    async def crowd():
+        file = files.at(f"{files.folder}script.js")
+        return [await files._body(file, coding) for _ in range(3)]
+
+    first, *others = asyncio.run(crowd())
+    assert all(other is first for other in others)
+
+
 def test_many_who_ask_at_once_wait_for_one(files, monkeypatch):
     made = []
     monkeypatch.setattr("server.files.write", lambda data, *_: made.append(data) or b"small")

@@ -12,9 +12,11 @@ from fastapi.responses import StreamingResponse
 from starlette.requests import ClientDisconnect
 
 from server import exchange, guard, metrics
+from server.clients import FORWARDED
 from server.guard import Guard
 from server.screen import LARGEST_HEADERS, LONGEST_ADDRESS, MOST_HEADERS
 from server.settings import Settings
+from tests.waiting import eventually
 
 SHAPE = {"field", "rule", "received", "message", "request"}
 SETTINGS = Settings(body_kb=1, requests_per_second=1e6, requests_at_once=1_000_000)
@@ -87,30 +89,13 @@ def made(settings=SETTINGS, **more):
 
     metrics.attach(server, settings.metrics_token)
     server.add_middleware(Swallowing)
-    guard.attach(server, settings, "default-src 'self'", own_bounds={("PUT", "/own")})
+    guard.attach(server, settings, own_bounds={("PUT", "/own")})
     return server
 
 
 @pytest.fixture(scope="module")
 def app():
     return made()
-
-
-def count(name, **labels):
-    return metrics.REGISTRY.get_sample_value(name, labels) or 0
-
-
-@pytest.fixture
-def counted():
-    """By how much a figure has grown since it was looked at first."""
-    before = {}
-
-    def grown(name, **labels):
-        key = (name, *sorted(labels.items()))
-        now = count(name, **labels)
-        return now - before.setdefault(key, now)
-
-    return grown
 
 
 def refused(answer, status, field):
@@ -251,7 +236,7 @@ def test_a_body_that_says_it_is_too_large_is_refused_at_once(app, ask, counted, 
 @pytest.mark.parametrize("path", ["/body", "/_dash-update-component"])
 def test_one_that_does_not_is_refused_as_it_comes(app, ask, caplog, path):
     headers = {"transfer-encoding": "chunked"}
-    refused(ask(app, "POST", path, body=chunked(1025), headers=headers), 413, "body")
+    refused(ask(app, "POST", path, body=chunked(2000), headers=headers), 413, "body")
     assert not [record for record in caplog.records if record.levelno >= logging.WARNING]
 
 
@@ -319,11 +304,39 @@ def test_a_client_has_its_share_and_then_waits(ask, counted):
     refused(answer, 429, "requests")
     assert answer.headers["retry-after"] == "10"
     assert counted("gainscope_refusals_total", reason="rate") == 1
-    # Others have theirs, and who looks whether the server lives is not counted.
+    # Others have theirs.
     assert ask(app, path="/number/1", client=("192.0.2.8", 1)).status == 200
-    assert ask(app, path="/livez").status == 200
     one_network = [(f"2001:db8::{i}", 1) for i in range(1, 5)]
     assert [ask(app, path="/number/1", client=client).status for client in one_network] == [200, 200, 200, 429]
+
+
+HERE, PROXY, ELSE = ("127.0.0.1", 1), ("192.0.2.7", 1), ("192.0.2.8", 1)
+
+
+@pytest.mark.parametrize(
+    ("path", "client", "headers", "token", "statuses"),
+    [
+        ("/livez", HERE, {}, "", {200}),
+        ("/livez", ("::1", 1), {}, "", {200}),
+        ("/livez", PROXY, {}, "", {200}),
+        ("/livez", ELSE, {}, "", {200, 429}),
+        ("/livez", None, {}, "", {200, 429}),
+        *(("/livez", client, {name.decode(): "192.0.2.9"}, "", {200, 429})
+          for client in (HERE, PROXY) for name in FORWARDED),
+        ("/metrics", HERE, {}, "", {200}),
+        ("/metrics", ELSE, {}, "", {404, 429}),
+        ("/metrics", ELSE, {"authorization": "Bearer secret"}, "secret", {200}),
+        ("/metrics", ELSE, {"authorization": "Bearer guess"}, "secret", {401, 429}),
+        ("/metrics", HERE, {}, "secret", {401, 429}),
+        ("/number/1", HERE, {}, "", {200, 429}),
+    ],
+)  # fmt: skip
+def test_machines_that_have_to_may_ask_at_any_rate(ask, caplog, path, client, headers, token, statuses):
+    caplog.set_level(logging.INFO, "server.access")
+    rare = replace(SETTINGS, requests_per_second=0.1, requests_at_once=2, proxies="192.0.2.7", metrics_token=token)
+    app = made(rare)
+    assert {ask(app, path=path, client=client, headers=headers).status for _ in range(4)} == statuses
+    assert bool(caplog.records) == (max(statuses) >= 400)
 
 
 @pytest.mark.parametrize(
@@ -347,6 +360,27 @@ def test_no_page_of_another_server_changes_anything(app, ask, headers, is_let_in
         else:
             refused(answer, 403, "origin")
     assert ask(app, path="/number/1", headers=headers).status == 200
+
+
+@pytest.mark.parametrize("status", [None, 200])
+def test_what_is_given_up_on_is_answered_unless_it_has_an_answer(ask, counted, status):
+    """As uvicorn gives up on what is in flight when the server has to stop."""
+    counted("gainscope_refusals_total", reason="ended")
+    at_work = asyncio.Event()
+
+    async def working(scope, receive, send):
+        if status is not None:
+            await send({"type": "http.response.start", "status": status, "headers": []})
+        at_work.set()
+        await asyncio.sleep(3600)
+
+    answer = ask(Guard(working, SETTINGS), until=at_work)
+    if status is None:
+        refused(answer, 503, "server")
+        assert answer.headers["retry-after"] == "5"
+    else:
+        assert (answer.status, len(answer.sent)) == (status, 1)
+    assert counted("gainscope_refusals_total", reason="ended") == (status is None)
 
 
 # Beginning and end -------------------------------------------------------------------------------------------------
@@ -375,11 +409,10 @@ def test_nothing_is_kept_of_what_passes():
     assert steps == [("said", b"a"), ("sent", b"a"), ("said", b"b"), ("sent", b"b")]
 
 
-def test_how_late_the_loop_is_shows_while_the_server_runs():
+def test_how_late_the_loop_is_shows_while_the_server_runs(counted):
     async def app(scope, receive, send):
-        before = count("gainscope_event_loop_lateness_seconds_count")
-        while count("gainscope_event_loop_lateness_seconds_count") == before:  # noqa: ASYNC110 - it sets no event
-            await asyncio.sleep(0.01)
+        counted("gainscope_event_loop_lateness_seconds_count")
+        await eventually(lambda: counted("gainscope_event_loop_lateness_seconds_count"))
 
     async def play():
         await asyncio.wait_for(Guard(app, SETTINGS)({"type": "lifespan"}, None, None), 20)

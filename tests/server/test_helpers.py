@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from server import helpers
-from server.helpers import ComputingError, Helpers
+from server.helpers import ComputingError, HelperGoneError, Helpers
 from server.work import NoAnswerError
 from tests.waiting import eventually, is_running
 
@@ -49,6 +49,7 @@ while (asked := question_in(sys.stdin.buffer.read)) is not None:
 
 
 until = partial(eventually, patience=60.0)
+KEPT = {"return_exceptions": True}
 
 
 @pytest.fixture
@@ -186,7 +187,7 @@ def test_a_line_has_an_end(hurried, monkeypatch):
     async def play(some):
         await answered(some)
         asked = [asyncio.create_task(some.compute("a", lambda: b"")) for _ in range(4)]
-        return await asyncio.gather(*asked, return_exceptions=True)
+        return await asyncio.gather(*asked, **KEPT)
 
     *found, refused = with_helpers(play)
     assert found == [b"a"] * 3
@@ -194,15 +195,15 @@ def test_a_line_has_an_end(hurried, monkeypatch):
     assert (refused.status, refused.again) == (503, 2)
 
 
-def test_what_waits_for_one_that_is_lost_is_computed_here(hurried, monkeypatch):
+def test_what_waits_for_one_that_is_lost_hears_of_it(hurried, monkeypatch):
     monkeypatch.setattr(helpers, "DEPTH", 1)
 
     async def play(some):
         await answered(some)
         monkeypatch.setattr(helpers, "AGAIN", 60.0)
-        return await asyncio.gather(*(some.compute(name, lambda: b"") for name in ("die", "a", "b")))
+        return await asyncio.gather(*(some.compute(name, lambda: b"") for name in ("die", "a", "b")), **KEPT)
 
-    assert with_helpers(play) == [None] * 3
+    assert [type(each) for each in with_helpers(play)] == [HelperGoneError] * 3
 
 
 def test_two_share_what_there_is(hurried):
@@ -261,8 +262,11 @@ def test_one_that_is_lost_costs_no_answer(hurried, caplog, end):
     async def play(some):
         first, _ = await answered(some)
         # Asked before it is known to be lost.
-        found = await asyncio.gather(*(some.compute(name, lambda: b"") for name in ("a", end, "b", "c")))
-        assert found == [b"a", None, None, None]
+        first_found, *lost = await asyncio.gather(
+            *(some.compute(name, lambda: b"") for name in ("a", end, "b", "c")), **KEPT
+        )
+        assert first_found == b"a"
+        assert [type(each) for each in lost] == [HelperGoneError] * 3
         second, _ = await answered(some)
         assert first != second
         assert not is_running(int(first))
@@ -281,16 +285,36 @@ def test_one_that_answers_what_nobody_asked_is_ended(hurried, caplog):
     assert "nobody has asked for it" in caplog.text
 
 
-def test_one_that_hangs_is_ended(hurried, monkeypatch, caplog):
-    monkeypatch.setattr(helpers, "PATIENCE", 0.2)
-
+def test_what_one_hangs_on_is_given_up_and_it_is_ended(hurried, caplog):
     async def play(some):
         first, _ = await answered(some)
-        assert await some.compute("hang", lambda: b"") is None
+        asked = []
+        # The second has time left when the helper is ended.
+        for name, seconds in (("hang", 0.2), ("behind", 60.0)):
+            some._seconds = seconds
+            asked.append(asyncio.create_task(some.compute(name, lambda: b"")))
+            await asyncio.sleep(0)
+        some._seconds = 0.2
+        found = await asyncio.gather(*asked, **KEPT)
         await until(lambda: not is_running(int(first)))
+        return found
 
-    with_helpers(play)
+    given_up, lost = with_helpers(play)
+    assert isinstance(given_up, NoAnswerError)
+    assert (given_up.status, given_up.again, given_up.message) == (504, None, "it has tried for 0.2 s")
+    assert isinstance(lost, HelperGoneError)
     assert "has not answered hang within 0.2 s" in caplog.text
+
+
+def test_who_waits_in_the_line_for_too_long_gives_up_too(hurried, monkeypatch):
+    monkeypatch.setattr(helpers, "DEPTH", 1)
+
+    async def play(some):
+        await answered(some)
+        some._seconds = 0.2
+        return await asyncio.gather(*(some.compute("hang", lambda: b"") for _ in range(2)), **KEPT)
+
+    assert [each.status for each in with_helpers(play)] == [504, 504]
 
 
 def test_who_goes_away_leaves_the_others_their_answers(hurried):

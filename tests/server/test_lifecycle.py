@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import json
 import signal
 import socket
 import subprocess
@@ -14,8 +15,9 @@ from pathlib import Path
 import httpx
 import pytest
 from fastapi import FastAPI
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
+from websockets.typing import Origin
 
 from server.lifecycle import Life, config_of
 from server.settings import Settings
@@ -30,7 +32,7 @@ from server.settings import Settings
 
 lifecycle.leave_at_once_until_served()
 logs.start("text", "info")
-port, drain, hangs = int(sys.argv[1]), float(sys.argv[2]), sys.argv[3]
+port, drain, how = int(sys.argv[1]), float(sys.argv[2]), sys.argv[3]
 app, life = FastAPI(), lifecycle.Life()
 life.attach(app)
 
@@ -49,13 +51,26 @@ async def talk(websocket: WebSocket):
     async for text in websocket.iter_text():
         await websocket.send_text(text)
 
+@app.websocket("/slow")
+async def slow_to_open(websocket: WebSocket):
+    await asyncio.sleep(2)
+    await websocket.accept()
+    await websocket.receive()
+
+@app.websocket("/never")
+async def never(websocket: WebSocket):
+    await asyncio.sleep(600)
+
 life.at_stop(lambda: print("ended first", flush=True))
 life.at_stop(lambda: 1 / 0)
-if hangs == "hangs":
+if how == "hanging":
     lifecycle.LONGEST = 3.0
     life.at_stop(lambda: time.sleep(600))
 life.reach("ready")
 settings = Settings(port=port, drain_seconds=drain)
+if how == "guarded":
+    from server import guard
+    guard.attach(app, settings)
 lifecycle.Server(lifecycle.config_of(settings, app), life, drain).run()
 print("left", flush=True)
 """
@@ -73,9 +88,9 @@ def serve(port):
     """A server in a process of its own; `told` is what it has printed at the end."""
 
     @contextlib.contextmanager
-    def started(drain="0", hangs=""):
+    def started(drain="0", how=""):
         process = subprocess.Popen(
-            [sys.executable, "-c", SCRIPT, str(port), drain, hangs],
+            [sys.executable, "-c", SCRIPT, str(port), drain, how],
             cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8",
         )  # fmt: skip
         try:
@@ -98,12 +113,27 @@ async def asked(port, path):
         return await client.get(f"http://127.0.0.1:{port}{path}")
 
 
+def wanted(port, path):
+    """A socket that is opened."""
+    origin = Origin(f"http://127.0.0.1:{port}")
+    return connect(f"ws://127.0.0.1:{port}{path}", origin=origin, proxy=None, open_timeout=30)
+
+
+def unopened(port, path):
+    """What is answered in the place of a socket."""
+    with pytest.raises(InvalidStatus) as refused:
+        wanted(port, path)
+    return refused.value.response
+
+
 def test_told_to_stop_it_answers_closes_and_leaves(serve, port):
     """A request in flight is answered, a socket told why it is closed, and a thread that computes is not waited for."""
 
     async def all_at_once(process):
         slow, stuck = asyncio.create_task(asked(port, "/slow")), asyncio.create_task(asked(port, "/stuck"))
-        talking = await asyncio.to_thread(connect, f"ws://127.0.0.1:{port}/socket")
+        never = asyncio.create_task(asyncio.to_thread(unopened, port, "/never"))
+        late = asyncio.create_task(asyncio.to_thread(wanted, port, "/slow"))
+        talking = await asyncio.to_thread(wanted, port, "/socket")
         await asyncio.to_thread(talking.send, "there")
         assert await asyncio.to_thread(talking.recv) == "there"
         assert (await asked(port, "/readyz")).json() == {"status": "ready"}
@@ -114,20 +144,25 @@ def test_told_to_stop_it_answers_closes_and_leaves(serve, port):
         assert (await asked(port, "/livez")).status_code == 200
         answer = await slow
         assert (answer.status_code, answer.json()) == (200, "answered")
-        with pytest.raises(ConnectionClosed) as closed:
-            await asyncio.to_thread(talking.recv, 30)
-        assert closed.value.rcvd.code == 1012
-        with contextlib.suppress(httpx.TransportError):
-            await stuck
+        # So is a socket that was not open yet.
+        for open_one in (talking, await late):
+            with pytest.raises(ConnectionClosed) as closed:
+                await asyncio.to_thread(open_one.recv, 30)
+            assert closed.value.rcvd.code == 1012
+        # What cannot be answered in time is refused as everything is.
+        for given_up in (await stuck, await never):
+            assert given_up.status_code == 503
+            body = given_up.content if isinstance(given_up, httpx.Response) else given_up.body
+            assert json.loads(body)["request"] == given_up.headers["x-request-id"]
 
-    with serve(drain="1") as process:
+    with serve(drain="1", how="guarded") as process:
         asyncio.run(all_at_once(process))
         assert process.wait(timeout=30) == 0
         with pytest.raises(httpx.TransportError):
             httpx.get(f"http://127.0.0.1:{port}/livez")
         said = process.stdout.read()
     assert "ended first" in said
-    assert "ZeroDivisionError" in said
+    assert said.count("Traceback") == 1
     assert said.index("ZeroDivisionError") < said.index("ended first")
 
 
@@ -140,7 +175,7 @@ def test_a_server_with_nothing_to_do_leaves_by_the_door(serve, number):
 
 
 def test_what_hangs_at_the_end_does_not_keep_it(serve):
-    with serve(hangs="hangs") as process:
+    with serve(how="hanging") as process:
         process.send_signal(signal.SIGTERM)
         assert process.wait(timeout=60) == 1
         assert "did not stop in time" in process.stdout.read()

@@ -1,12 +1,13 @@
 """What one client may take: the law of the bucket, and that remembering clients is bounded."""
 
+import itertools
 import math
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.limits import Buckets, Places, Rate
+from server.limits import Buckets, Places, Rate, Turns
 
 rates = st.builds(Rate, per_second=st.floats(0.01, 1e3), at_once=st.integers(1, 5000))
 times = st.lists(st.floats(0, 1e5), max_size=300).map(sorted)
@@ -45,6 +46,34 @@ def test_who_waits_as_long_as_said_is_given_one(rate, now):
     assert not bucket.take("a", now + wait)
 
 
+@given(rates, st.floats(0, 1e6), times)
+def test_what_is_booked_comes_in_its_order_and_no_faster_than_it_comes_back(rate, began, later):
+    bucket, twin = Buckets(rate), Buckets(rate)
+    due, is_first = [], True
+    for now in (began + after for after in later):
+        wait = bucket.book("a", now)
+        # Nobody waits who might have taken one.
+        if is_first:
+            assert wait == twin.take("a", now)
+        is_first = is_first and not wait
+        due.append(now + wait)
+    assert all(one <= other + 1e-6 for one, other in itertools.pairwise(due))
+    for first in range(0, len(due), 7):
+        for last in range(first, len(due), 5):
+            assert last - first + 1 <= rate.at_once + rate.per_second * (due[last] - due[first]) + 1e-2
+
+
+def test_who_draws_more_than_there_is_waits_until_that_has_come_back():
+    bucket = Buckets(Rate(2, 10))
+    bucket.draw("a", 100.0, 30)
+    # 30 of 10: 20 have to come back, and then one.
+    assert math.isclose(bucket.wait("a", 100.0), 10.5)
+    assert bucket.wait("a", 110.5) == 0
+    assert bucket.wait("b", 100.0) == 0
+    # Who merely looks takes nothing.
+    assert len(bucket) == 1
+
+
 def test_a_burst_of_one_is_one_after_the_other():
     bucket = Buckets(Rate(10, 1))
     assert [bucket.take("a", 100 + at) > 0 for at in (0, 0.05, 0.1, 0.15, 0.2)] == [False, True, False, True, False]
@@ -75,6 +104,26 @@ def test_places_are_never_more_than_there_are(moves, most, most_of_one):
         assert places.total == sum(held.values())
         # Nobody is remembered who holds nothing.
         assert len(places) == sum(count > 0 for count in held.values())
+
+
+def test_places_are_taken_many_at_a_time_or_not_at_all():
+    places = Places(100, 60)
+    assert places.enter("a", 60)
+    assert not places.enter("a")
+    assert not places.enter("b", 41)
+    assert (places.has("b", 40), places.total, places.held("a")) == (True, 60, 60)
+    places.leave("a", 60)
+    assert (places.total, len(places)) == (0, 0)
+
+
+def test_turns_are_a_clients_own_and_forgotten_with_it():
+    turns = Turns(2)
+    mine, others = turns.of("a"), turns.of("b")
+    assert turns.of("a") is mine is not others
+    assert len(turns) == 2
+    del mine
+    assert len(turns) == 1
+    assert turns.of("b") is others
 
 
 @pytest.mark.parametrize("now", [0.0, 1.0, 1e9])

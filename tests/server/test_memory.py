@@ -1,5 +1,6 @@
 """How a process asks for memory, and how soon the collector looks at what has become old."""
 
+import ctypes
 import subprocess
 import sys
 from pathlib import Path
@@ -32,6 +33,34 @@ def test_how_often_it_looks_depends_on_what_came_after_the_start(more, times):
         [sys.executable, "-c", PROGRAM.format(more=more)], cwd=ROOT, capture_output=True, check=True, text=True
     )
     assert said.stdout.split() == ["True", str(times)]
+
+
+HOLES = """
+import gc, sys
+from server import memory
+
+def resident():
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * 4096 / 1e6
+
+memory.settle()
+before = resident()
+# One in ten of many pieces stays, and the last of them lies above all that goes.
+pieces = [bytearray(60_000) for _ in range(2_000)]
+kept = pieces[9::10]
+del pieces
+gc.collect({generation})
+print(resident() - before)
+"""
+
+
+@pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "malloc_trim"), reason="this allocator cannot be told to")
+@pytest.mark.parametrize(("generation", "least", "most"), [(1, 100, 130), (2, 8, 25)])
+def test_after_a_full_collection_the_system_has_what_was_let_go(generation, least, most):
+    """Of 120 MB a tenth stays, evenly spread."""
+    program = HOLES.format(generation=generation)
+    said = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, check=True, text=True)
+    assert least < float(said.stdout) < most
 
 
 def test_where_the_allocator_has_no_arenas_nothing_happens(monkeypatch):

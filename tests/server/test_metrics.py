@@ -1,8 +1,11 @@
 """Figures of the server's own work: who sees them, and that their labels take few values."""
 
 import math
+import subprocess
+import sys
 import threading
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from fastapi import FastAPI
@@ -147,6 +150,32 @@ def test_a_figure_that_is_watched_is_read_when_somebody_asks(app, ask, caplog):
     assert math.isnan(found[2])
     assert [record.exc_info[0] for record in caplog.records if record.exc_info] == [ZeroDivisionError]
     metrics.watch("gainscope_tested", "Of this test.", lambda: 0)
+
+
+SPENDING = """
+import time
+held = bytearray(b"x") * 60_000_000
+while time.process_time() < 0.1: pass
+print(time.process_time(), flush=True)
+input()
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="the system does not say who is whose child")
+def test_what_other_processes_take_is_there_while_they_run_and_what_they_took_stays():
+    def read():
+        names = ("gainscope_children_resident_memory_bytes", "gainscope_children_cpu_seconds_total")
+        return [metrics.REGISTRY.get_sample_value(name) for name in names]
+
+    memory, seconds = read()
+    with subprocess.Popen([sys.executable, "-c", SPENDING], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        taken = float(process.stdout.readline()) - 0.02
+        held, running = read()
+        process.stdin.close()
+    left, ended = read()
+    assert held - memory > 6e7
+    assert left < held - 6e7
+    assert ended >= running >= seconds + taken
 
 
 def test_computing_is_measured_in_any_thread():

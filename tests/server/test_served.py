@@ -3,25 +3,22 @@
 import asyncio
 import http.client
 import json
-import socket
 import threading
 import time
 
 import pytest
-import uvicorn
 import websockets
 from fastapi import FastAPI, Request, WebSocket
 from fastapi.responses import StreamingResponse
 
-from server import guard, wire
+from server import guard
 from server.settings import Settings
 
 SETTINGS = Settings(body_kb=16, requests_per_second=1e6, requests_at_once=1_000_000, sockets=2)
 
 
 @pytest.fixture(scope="module")
-def address():
-    """A server on a port, as it is started for good."""
+def address(served):
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     go_on = threading.Event()
 
@@ -65,17 +62,8 @@ def address():
             await websocket.send_text(text)
 
     guard.attach(app, SETTINGS)
-    config = uvicorn.Config(
-        app, host="127.0.0.1", port=0, log_level="error", http=wire.Wire, proxy_headers=False, server_header=False
-    )
-    server = uvicorn.Server(config)
-    thread = threading.Thread(target=server.run)
-    thread.start()
-    while not server.started:
-        time.sleep(0.01)
-    yield server.servers[0].sockets[0].getsockname()
-    server.should_exit = True
-    thread.join()
+    with served(app, SETTINGS) as found:
+        yield found
 
 
 @pytest.fixture
@@ -92,23 +80,6 @@ def ask(address):
             connection.close()
 
     return request
-
-
-@pytest.fixture
-def connection(address):
-    """A connection on which anything may be said."""
-    with socket.create_connection(address, timeout=30) as connection:
-        yield connection
-
-
-def until_it_ends(connection):
-    parts = []
-    try:
-        while part := connection.recv(65_536):
-            parts.append(part)
-    except ConnectionResetError:
-        pass
-    return b"".join(parts)
 
 
 def test_nothing_says_what_serves(ask):
@@ -144,46 +115,6 @@ def test_who_sends_too_much_hears_it_even_while_sending(ask, is_said):
     status, headers, body = ask("POST", "/body", body=parts)
     assert (status, json.loads(body)["field"], headers["connection"]) == (413, "body", "close")
     assert ask("POST", "/body", body=b"x" * 16_384)[2] == b'{"bytes":16384}'
-
-
-def test_headers_without_an_end_are_refused(connection, ask):
-    connection.sendall(b"GET / HTTP/1.1\r\nHost: a\r\nX: ")
-    sent = 0
-    with pytest.raises(OSError, match="."):  # noqa: PT012 - it is one of many writes that fails
-        while sent < 100_000_000:
-            sent += connection.send(b"x" * 65_536)
-    # What the network holds on the way is beyond the server.
-    assert sent < 50_000_000
-    assert ask("GET", "/")[0] == 200
-
-
-def test_too_large_headers_that_end_are_refused_as_any_request_is(ask):
-    status, headers, body = ask("GET", "/", headers={"Cookie": "x" * 20_000})
-    assert (status, json.loads(body)["field"]) == (431, "headers")
-    assert headers["x-request-id"]
-
-
-@pytest.mark.parametrize(
-    "said", [b"", b"GET / HTTP/1.1\r\nHost: a\r\n", b"GET / HTTP/1.1\r\nHost: a\r\n\r\nGET / HTTP/1.1\r\nHost:"]
-)
-def test_a_connection_does_not_wait_for_headers_for_ever(address, monkeypatch, said):
-    monkeypatch.setattr(wire, "HEAD_SECONDS", 0.2)
-    with socket.create_connection(address, timeout=30) as connection:
-        connection.sendall(said)
-        assert until_it_ends(connection).count(b"HTTP/1.1 200") == said.count(b"\r\n\r\n")
-
-
-def test_a_connection_that_goes_on_asking_is_kept(address, monkeypatch):
-    monkeypatch.setattr(wire, "HEAD_SECONDS", 0.2)
-    connection = http.client.HTTPConnection(*address, timeout=30)
-    connection.connect()
-    first = connection.sock
-    for _ in range(3):
-        connection.request("GET", "/")
-        assert connection.getresponse().read() == b"{}"
-        time.sleep(0.3)
-    assert connection.sock is first
-    connection.close()
 
 
 # Sockets -------------------------------------------------------------------------------------------------------------
@@ -226,7 +157,7 @@ def test_what_is_said_fast_is_answered_in_order(address):
     asyncio.run(play())
 
 
-def test_a_socket_that_is_not_opened_is_answered(address):
+def test_a_socket_that_is_not_opened_is_answered(address, caplog):
     async def play():
         elsewhere = await refused(address, origin="http://elsewhere.test")
         async with await placed(address), await placed(address):
@@ -240,3 +171,4 @@ def test_a_socket_that_is_not_opened_is_answered(address):
     assert (full.status_code, json.loads(full.body)["field"], full.headers["retry-after"]) == (503, "socket", "5")
     for answer in (elsewhere, full):
         assert answer.headers["x-content-type-options"] == "nosniff"
+    assert not [record for record in caplog.records if record.name.startswith("uvicorn")]

@@ -1,11 +1,14 @@
 """Long answers: few at a time, a line that ends, a limit on the waiting."""
 
 import asyncio
+import contextlib
 import json
 import threading
 
 import pytest
 
+from server import metrics
+from server.clients import CLIENT
 from server.problem import REQUEST
 from server.work import AGAIN, NoAnswerError, Work
 from tracker_core.checks import InputError
@@ -42,6 +45,17 @@ def test_work_is_done_in_a_thread_that_knows_the_request():
     assert arguments == (1, "a")
     assert thread.startswith("here")
     assert request == "abc"
+
+
+@pytest.mark.parametrize("work", [lambda: 1, lambda: 1 / 0], ids=["succeeds", "fails"])
+def test_what_is_done_is_measured_under_its_name(work):
+    def count():
+        return metrics.REGISTRY.get_sample_value("gainscope_computing_seconds_count", {"work": "measured"}) or 0
+
+    before = count()
+    with contextlib.suppress(ZeroDivisionError):
+        asyncio.run(Work().beside("measured", 1).run(work))
+    assert count() == before + 1
 
 
 @pytest.mark.parametrize("error", [InputError("a", "must be b", 3), TimeoutError("a socket's"), ZeroDivisionError()])
@@ -126,6 +140,51 @@ def test_what_is_given_up_in_the_line_is_never_begun(go_on):
 
     asyncio.run(play())
     assert done == ["next"]
+
+
+def test_clients_take_turns_however_much_one_of_them_asks(go_on):
+    work, begun, done = Work(threads=1, waiting=20, seconds=WAIT), threading.Event(), []
+
+    def long():
+        begun.set()
+        go_on.wait(WAIT)
+
+    async def as_client(name, *what):
+        CLIENT.set(name)
+        return await work.run(*what)
+
+    async def play():
+        first = asyncio.create_task(as_client("a", long))
+        await asyncio.to_thread(begun.wait, WAIT)
+        asked = [asyncio.create_task(as_client("a", done.append, f"a{number}")) for number in range(11)]
+        await asyncio.sleep(0)
+        asked.append(asyncio.create_task(as_client("b", done.append, "b")))
+        await asyncio.sleep(0)
+        go_on.set()
+        await first
+        return await asyncio.gather(*asked, return_exceptions=True)
+
+    *_, last_of_a, of_b = asyncio.run(play())
+    assert done == ["b", *(f"a{number}" for number in range(10))]
+    # Half of the line is one client's, the other half is for others.
+    assert isinstance(last_of_a, NoAnswerError)
+    assert of_b is None
+
+
+def test_what_is_refused_is_counted(go_on):
+    def refusals():
+        read = metrics.REGISTRY.get_sample_value
+        return [read("gainscope_refusals_total", {"reason": reason}) or 0 for reason in ("late", "busy")]
+
+    async def play():
+        work = Work(threads=1, waiting=0, seconds=0.05)
+        for _ in range(2):
+            with pytest.raises(NoAnswerError):
+                await work.run(go_on.wait, WAIT)
+
+    before = refusals()
+    asyncio.run(play())
+    assert refusals() == [count + 1 for count in before]
 
 
 def test_threads_beside_have_their_own_line(go_on):

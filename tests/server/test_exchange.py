@@ -1,0 +1,90 @@
+"""One request and its answer as their parts pass: the network is given no more of an answer than the client takes."""
+
+import asyncio
+import contextlib
+import socket
+import threading
+
+import pytest
+import uvicorn
+from starlette.responses import Response
+
+from server.exchange import PIECE, Exchange
+from server.guard import Guard
+from server.headers import Headers
+from server.settings import Settings
+from tests.waiting import eventually
+
+LARGE = 64_000_000
+"""Bytes that no system keeps for a client that takes nothing."""
+
+
+def passed(*messages, method="GET"):
+    """What the network is given of an answer, one after the other."""
+    given = []
+
+    async def send(message):
+        given.append(message)
+
+    async def play():
+        exchange = Exchange({"type": "http", "method": method, "state": {}}, None, send, Headers(""), "1")
+        for message in messages:
+            await exchange.send(message)
+        return exchange.size
+
+    return given, asyncio.run(play())
+
+
+def part(body, more=False):
+    return {"type": "http.response.body", "body": body, "more_body": more}
+
+
+START = {"type": "http.response.start", "status": 200, "headers": []}
+
+
+@pytest.mark.parametrize("size", [0, 1, PIECE, PIECE + 1, 3 * PIECE, 3 * PIECE + 5])
+@pytest.mark.parametrize("more", [True, False])
+def test_an_answer_is_passed_on_in_pieces_and_whole(size, more):
+    body = bytes(range(251)) * (size // 251 + 1)
+    (_, *given), counted = passed(START, part(body[:size], more))
+    assert b"".join(each["body"] for each in given) == body[:size]
+    assert max(len(each["body"]) for each in given) <= PIECE
+    assert [each["more_body"] for each in given] == [True] * (len(given) - 1) + [more]
+    assert counted == size
+
+
+def test_of_what_has_no_body_nothing_is_passed_on():
+    given, _ = passed(START, part(bytes(3 * PIECE)), method="HEAD")
+    assert [len(each.get("body", b"")) for each in given] == [0, 0]
+
+
+def test_a_client_that_takes_nothing_is_sent_little():
+    """Over a network: what is not taken stays one object of the server's, however many do not take it."""
+    given = []
+
+    async def app(scope, receive, send):
+        async def counting(message):
+            given.append(0)
+            await send(message)
+            given[-1] = len(message.get("body", b""))
+
+        await Guard(Response(bytes(LARGE)), Settings())(scope, receive, counting)
+
+    server = uvicorn.Server(uvicorn.Config(app, host="127.0.0.1", port=0, log_level="critical", lifespan="off"))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    try:
+        asyncio.run(eventually(lambda: server.started))
+        with contextlib.closing(socket.create_connection(server.servers[0].sockets[0].getsockname())) as connection:
+            connection.sendall(b"GET / HTTP/1.1\r\nHost: test\r\n\r\n")
+            seen = []
+
+            def stands():
+                seen.append(len(given))
+                return len(given) > 2 and given[-1] == 0 and seen[-5:] == [len(given)] * 5
+
+            asyncio.run(eventually(stands))
+            assert sum(given) < LARGE / 2
+    finally:
+        server.should_exit = True
+        thread.join()
