@@ -14,6 +14,8 @@
     x: "M0,-2.5L3,-5.5L5.5,-3L2.5,0L5.5,3L3,5.5L0,2.5L-3,5.5L-5.5,3L-2.5,0L-5.5,-3L-3,-5.5Z",
   };
 
+  let shown = new Map(); // the filters by slot, as the server has them
+
   const all = (selector) => document.querySelectorAll(`#${PAGE} ${selector}`);
   const row = (slot) => document.getElementById(`${PAGE}-filter-${slot}`);
 
@@ -49,13 +51,24 @@
   });
 
   document.addEventListener("deskreport", ({ detail }) => {
-    if (detail.page === PAGE) show(detail.answer.filters);
+    if (detail.page !== PAGE) return;
+    shown = new Map(detail.answer.filters.map((filter) => [String(filter.slot), filter]));
+    showFilters();
+    showCells();
   });
 
-  function show(filters) {
-    const shown = new Map(filters.map((filter) => [String(filter.slot), filter]));
+  document.addEventListener("studyshown", ({ detail }) => detail.page === PAGE && showCells());
+
+  // Columns and cells of the filters that there are. What was found of another filter is seen under none.
+  function showCells() {
     for (const part of all("[data-of-slot]")) part.hidden = !shown.has(part.dataset.ofSlot);
-    document.getElementById(`${PAGE}-empty`).hidden = filters.length > 1;
+    for (const cell of all("[data-filter]")) {
+      cell.toggleAttribute("data-other", shown.get(cell.dataset.ofSlot)?.key !== cell.dataset.filter);
+    }
+  }
+
+  function showFilters() {
+    document.getElementById(`${PAGE}-empty`).hidden = shown.size > 1;
     for (const [slot, filter] of shown) {
       const place = row(slot);
       const name = place.querySelector("input[type=text]");

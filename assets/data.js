@@ -7,6 +7,7 @@
   const base = () => files().base();
   let missing = ""; // what the recording is known by that the link names and the server does not have
   let terms = null;
+  let choice = new AbortController(); // of the newest choice of a file: the ones before it count for nothing any more
 
   const part = (name) => document.getElementById(`data-${name}`);
   const root = () => part("drop") && document.getElementById("data");
@@ -30,6 +31,7 @@
   // ------------------------------------------------------------------ loading
 
   document.addEventListener("deskbegin", ({ detail }) => {
+    choice.abort();
     if (detail.page !== "data") return;
     missing = detail.missing;
     hydrate();
@@ -48,8 +50,9 @@
   }
 
   async function showTerms() {
-    terms = await (await fetch(`${base()}recordings`)).json();
-    if (!root()) return;
+    const asked = fetch(`${base()}recordings`).then((answer) => (answer.ok ? answer.json() : null));
+    terms = await asked.catch(() => null);
+    if (!terms || !root()) return;
     const bound = `Up to ${size(terms.most_bytes)} and 200,000 rows.`;
     const where = terms.problem
       ? `This server keeps no files (${terms.problem}): they stay in its memory for a while, and in this browser.`
@@ -57,33 +60,55 @@
     say("terms", `${bound} ${where}`);
   }
 
-  async function load(blob, name) {
-    const keep = document.querySelector('#data input[name="data-keep"]:checked').value;
-    say("data-error", "");
-    if (terms && blob.size > terms.most_bytes) {
-      say("data-error", `${name} has ${size(blob.size)}; at most ${size(terms.most_bytes)} are taken. Leave out columns, rows or tracks that are not needed, or pack it with gzip.`);
-      return;
-    }
-    await open(blob, name, keep);
-  }
-
-  async function open(blob, name, keep) {
+  // A file is chosen. `find` gives it, `keep` says where it is kept; what is under way for the choice before it ends.
+  async function choose(name, keep, find) {
+    choice.abort();
+    choice = new AbortController();
+    const { signal } = choice;
+    // The page may have been left as well.
+    const counts = () => !signal.aborted && root();
     const bar = part("progress");
     Object.assign(bar, { hidden: false, value: 0 });
+    say("data-error", "");
     say("said", `Sending ${name} …`);
     try {
-      const answer = await files().send(blob, name, keep, (loaded, total) => {
+      const blob = await find(signal);
+      signal.throwIfAborted();
+      if (terms && blob.size > terms.most_bytes) {
+        throw new Error(`${name} has ${size(blob.size)}; at most ${size(terms.most_bytes)} are taken. Leave out columns, rows or tracks that are not needed, or pack it with gzip.`);
+      }
+      const progress = (loaded, total) => {
+        if (!counts()) return;
         bar.value = loaded / total;
         if (loaded === total) say("said", `Reading ${name} …`);
-      });
-      say("said", `${answer.name}, ${size(answer.bytes)}: ${await placed(answer, blob, keep)}`);
+      };
+      const answer = await files().send(blob, name, keep, progress, signal);
+      const place = counts() && (await placed(answer, blob, keep));
+      if (!counts()) return;
+      say("said", `${answer.name}, ${size(answer.bytes)}: ${place}`);
       show(answer.data);
     } catch (error) {
+      if (!counts()) return;
       say("said", "");
       say("data-error", error.message);
     } finally {
-      bar.hidden = true;
+      if (counts()) bar.hidden = true;
     }
+  }
+
+  const wantedPlace = () => document.querySelector('#data input[name="data-keep"]:checked').value;
+  const load = (file) => choose(file.name, wantedPlace(), () => file);
+
+  async function example(name, signal) {
+    const answer = await fetch(`${base()}assets/recordings/${name}`, { signal });
+    if (!answer.ok) throw new Error(`${name} cannot be had: the server answered ${answer.status}.`);
+    return answer.blob();
+  }
+
+  async function keptHere(data) {
+    const record = await files().kept.get(data);
+    if (!record) throw new Error("This browser does not have the file any more.");
+    return record.bytes;
   }
 
   // What the server does not keep is kept here.
@@ -119,7 +144,7 @@
         const buttons = ["Open", "Forget"].map((word) => {
           const button = make("button", { type: "button", className: "quiet" }, word);
           button.setAttribute("aria-label", `${word} ${name}`);
-          Object.assign(button.dataset, { [word.toLowerCase()]: data });
+          Object.assign(button.dataset, { [word.toLowerCase()]: data, name });
           return button;
         });
         return make("li", {}, make("span", { className: "kept-name" }, name), about, ...buttons);
@@ -128,16 +153,14 @@
   }
 
   async function click(button) {
-    const { example, open: wanted, forget, take } = button.dataset;
-    if (example) {
-      const answer = await fetch(`${base()}assets/recordings/${example}`);
-      load(await answer.blob(), example);
+    const { example: name, open: wanted, forget, take } = button.dataset;
+    if (name) {
+      choose(name, wantedPlace(), (signal) => example(name, signal));
     } else if (wanted) {
-      const record = await files().kept.get(wanted);
-      if (record) open(record.bytes, record.name, "browser");
+      choose(button.dataset.name, "browser", () => keptHere(wanted));
     } else if (forget) {
-      await files().kept.forget(forget);
-      say("said", "Forgotten by this browser.");
+      const gone = await files().kept.forget(forget).then(() => true, () => false);
+      if (root()) say("said", gone ? "Forgotten by this browser." : "This browser does not let go of it.");
       showKept();
     } else if (take) {
       takeHome(button, take);
@@ -153,7 +176,7 @@
 
   document.addEventListener("change", ({ target }) => {
     if (target.id !== "data-file" || !target.files.length) return;
-    load(target.files[0], target.files[0].name);
+    load(target.files[0]);
     // The same file again is a change too.
     target.value = "";
   });
@@ -174,7 +197,7 @@
     if (!holdsFile(event)) return;
     event.preventDefault();
     const [file] = event.dataTransfer.files;
-    if (file) load(file, file.name);
+    if (file) load(file);
   });
 
   // ------------------------------------------------------------------ how it is read
@@ -248,10 +271,13 @@
     showRecording(answer.recording, true);
     query = answer.link;
     showTaken();
+    showWays();
   });
 
   document.addEventListener("deskrefused", ({ detail: { page, answer } }) => {
-    if (page === "data") showRecording(answer.recording, false);
+    if (page !== "data") return;
+    showRecording(answer.recording, false);
+    showWays();
   });
 
   // Whether the suggested filter is the present one.
@@ -269,22 +295,35 @@
   // ------------------------------------------------------------------ taken home
 
   let query = "";
+  const making = new Set(); // the buttons whose files are on their way
+
+  // What is taken home is what is shown: while an entry is refused that is not what the controls say.
+  function showWays() {
+    for (const button of document.querySelectorAll("#data [data-take]")) {
+      button.disabled = gainscope.desk.refused || making.has(button);
+    }
+  }
 
   async function takeHome(button, address) {
     say("take-error", "");
     say("take-said", `${button.textContent} is being made …`);
-    button.disabled = true;
+    making.add(button);
+    showWays();
     try {
+      await gainscope.settled();
+      if (gainscope.desk.refused) throw new Error("What the controls say cannot be run.");
       const answer = await fetch(`${base()}${address}?${query}`);
       if (!answer.ok) throw new Error((await answer.json().catch(() => ({}))).message || `The server answered ${answer.status}.`);
       const name = decodeURIComponent(/filename\*=UTF-8''([^;]+)/.exec(answer.headers.get("Content-Disposition"))[1]);
       save(await answer.blob(), name);
-      say("take-said", `${name} is saved.`);
+      if (root()) say("take-said", `${name} is saved.`);
     } catch (error) {
+      if (!root()) return;
       say("take-said", "");
       say("take-error", error.message);
     } finally {
-      button.disabled = false;
+      making.delete(button);
+      showWays();
     }
   }
 

@@ -6,8 +6,7 @@
   "use strict";
 
   const STEPS = 1000;
-  const PATIENCE = 3000; // ms after which a change no longer waits for the answer to the one before
-  const LOST = 10000; // ms after which a request is sent again
+  const ON_THE_WAY = 5000; // ms that question and answer may take beside the time that the server allows itself
   const RECONNECT = 3000; // ms until a lost connection is tried again
   const REST = 250; // ms without a change after which the plots are redrawn in full
   const SLOW = 500; // ms without an answer after which the page says that it is being computed
@@ -18,7 +17,7 @@
   let page = null;
   let latest = null; // the newest socket
   let lastSeq = 0; // of all pages: an answer to the page before is none to this one
-  const steps = { past: [], future: [], present: null }; // what the pages showed, as controls and pins
+  const steps = { past: [], future: [], present: null, open: false }; // what the pages showed: link, controls, pins
 
   // ------------------------------------------------------------------ elements
 
@@ -26,6 +25,9 @@
   const element = (name) => document.getElementById(`${page.name}-${name}`);
   const all = (selector) => document.querySelectorAll(`#${page.name} ${selector}`);
   const drawing = (plot) => document.querySelector(`#${plot} .js-plotly-plot`);
+
+  // ms after which a request is sent again: whatever the server has to say it has said by then (layouts/shell.py).
+  const lostAfter = () => 1000 * Number(document.querySelector(".app").dataset.answerSeconds) + ON_THE_WAY;
 
   function hydrate() {
     for (const place of all("[data-input]")) {
@@ -35,7 +37,9 @@
       made.id = id;
       made.dataset.control = control;
       made.setAttribute("aria-label", label);
-      if (element(`${control}-error`)) made.setAttribute("aria-describedby", `${page.name}-${control}-error`);
+      // As layouts/components.py has it of menus.
+      const told = ["about", "error"].map((part) => `${page.name}-${control}-${part}`).filter((part) => document.getElementById(part));
+      if (told.length) made.setAttribute("aria-describedby", told.join(" "));
       if (input === "slider") {
         Object.assign(made, { type: "range", min: 0, max: STEPS, step: 1 });
       } else if (input === "switch") {
@@ -60,14 +64,13 @@
 
   function span(name) {
     const known = page.sliders[name];
-    if (!known) return { low: 1, high: page.samples || 2, curve: 1 };
+    if (!known) return { low: 1, high: page.samples || 2, curve: 1, whole: true };
     const factor = known.factors ? known.factors[page.values.written] || 1 : 1;
     return { low: known.low, high: known.high / factor, curve: known.curve, whole: known.whole };
   }
 
   function travelToValue(name, travel) {
     const { low, high, curve, whole } = span(name);
-    if (name === "at") return Math.round(low + (high - low) * travel);
     if (whole) return Math.round(low + (high - low) * travel ** curve);
     if (curve === "log") return Number((low * (high / low) ** travel).toPrecision(4));
     const value = low + (high - low) * travel ** curve;
@@ -105,9 +108,11 @@
     if (!field) for (const radio of all(`[name="${page.name}-${name}"]`)) radio.checked = radio.value === String(value);
     const number = Number(value);
     if (slider && value !== "" && Number.isFinite(number)) {
-      if (slider !== from) slider.value = Math.round(valueToTravel(name, number) * STEPS);
+      // A step of the one over the samples is a sample.
+      if (name === "at") slider.max = span(name).high - 1;
+      if (slider !== from) slider.value = Math.round(valueToTravel(name, number) * slider.max);
       slider.setAttribute("aria-valuetext", boxText(number));
-      slider.style.setProperty("--travel", `${slider.value / (STEPS / 100)}%`);
+      slider.style.setProperty("--travel", `${(100 * slider.value) / slider.max}%`);
     }
   }
 
@@ -116,20 +121,17 @@
     if (target && target.textContent !== content) target.textContent = content;
   }
 
+  // The page's study has messages of its own, which stay; those that have no place in sight come back as a text.
   function showErrors(errors) {
-    const messages = JSON.stringify(errors);
-    if (messages === page.messages) return "";
-    page.messages = messages;
-    for (const line of all(".field-error")) {
-      const name = line.id.slice(page.name.length + 1, -"-error".length);
+    for (const name of new Set([...page.wrong, ...Object.keys(errors)])) {
       const message = errors[name] || "";
-      if (line.textContent !== message) line.textContent = message;
+      text(`${name}-error`, message);
       const field = element(name);
       if (field) field.setAttribute("aria-invalid", message ? "true" : "false");
     }
+    page.wrong = Object.keys(errors);
     const placed = (name) => element(`${name}-error`) && !element(`${name}-error`).closest("[hidden]");
-    const others = Object.keys(errors).filter((name) => !placed(name));
-    return others.map((name) => errors[name]).join(" ");
+    return page.wrong.filter((name) => !placed(name)).map((name) => errors[name]).join(" ");
   }
 
   function showCards(cards) {
@@ -144,14 +146,16 @@
   }
 
   // Rows of a table whose place is on the page: a cell is a text, a text with its tone and perhaps a line below it, or a
-  // button that sets controls.
-  function showRows(tables) {
+  // button that sets controls. Where `columns` say it, every cell after the first bears the slot and the filter that it
+  // is about.
+  function showRows(tables, columns = {}) {
     for (const [name, rows] of Object.entries(tables)) {
       const body = element(name);
-      const key = JSON.stringify(rows);
+      const key = JSON.stringify([rows, columns[name]]);
       if (!body || body.dataset.shown === key) continue;
       body.dataset.shown = key;
       body.closest(".table-frame").hidden = !rows.length;
+      const held = body.contains(document.activeElement) ? document.activeElement.getAttribute("aria-label") : null;
       body.replaceChildren(
         ...rows.map((cells) => {
           const row = document.createElement("tr");
@@ -159,6 +163,7 @@
             ...cells.map((content, i) => {
               const cell = document.createElement(i ? "td" : "th");
               if (!i) cell.scope = "row";
+              else if (columns[name]) [cell.dataset.ofSlot, cell.dataset.filter] = columns[name][i - 1];
               if (content && content.controls) {
                 cell.append(setter(content));
               } else {
@@ -172,6 +177,8 @@
           return row;
         }),
       );
+      // The button that had the focus is another one now.
+      if (held) [...body.querySelectorAll("button")].find((button) => button.getAttribute("aria-label") === held)?.focus();
     }
   }
 
@@ -241,6 +248,7 @@
     // Whoever goes on without the recording that the link names has let it go.
     page.missing = "";
     page.values[name] = value;
+    unsettle();
     // In the order of the hand: the server lets later changes win.
     page.changed.delete(name);
     page.changed.add(name);
@@ -256,23 +264,21 @@
     page.editedAt = performance.now();
     page.live = page.waiting ? page.live && Boolean(live) : Boolean(live);
     root().dataset.state = "busy";
-    const now = performance.now();
-    if (now < page.notBefore || (page.busy && now - page.sentAt < PATIENCE)) {
-      page.waiting = true;
-    } else {
-      send();
-    }
+    // One question at a time, however long its answer takes: the server would compute them all.
+    if (page.busy || performance.now() < page.notBefore) page.waiting = true;
+    else send();
   }
 
-  function send(want) {
+  // A question asked `again` is still the same one: whichever answer comes first is taken.
+  function send(want, again) {
     // What an unanswered request had to say is said again.
     page.changed = new Set([...[...page.flying].filter((name) => !page.changed.has(name)), ...page.changed]);
     page.flying = new Set(page.changed);
     page.acting.push(...page.actions.splice(0));
     page.busy = true;
     page.waiting = page.unseen = false;
-    page.sentAt = performance.now();
     page.seq = ++lastSeq;
+    if (!again) page.since = page.seq;
     const live = page.live && !want && page.socket;
     const data = {
       seq: page.seq,
@@ -281,13 +287,14 @@
       pins: page.pins,
       pinning: page.acting,
       drawn: page.drawn,
+      link: live ? null : page.link,
       want: want || (live ? liveShare() : null),
       theme: document.documentElement.dataset.theme,
       scene: page.scene,
     };
     page.changed.clear();
     clearTimeout(page.watch);
-    page.watch = setTimeout(sendAgain, LOST);
+    page.watch = setTimeout(sendAgain, lostAfter());
     clearTimeout(page.slow);
     page.slow = setTimeout(() => root() && (root().dataset.slow = "yes"), SLOW);
     page.askedLive = Boolean(live);
@@ -299,6 +306,7 @@
   function pinning(...action) {
     text("note", "");
     page.actions.push(action);
+    unsettle();
     schedule();
   }
 
@@ -307,7 +315,7 @@
     text("note", "The server does not answer; trying again.");
     page.lost = true;
     page.live = false;
-    send();
+    send(null, !page.changed.size && !page.actions.length);
   }
 
   // What was asked has no answer. Nothing is lost: what a hand has moved is said again with the next question.
@@ -323,6 +331,7 @@
       page.watch = setTimeout(() => root() && send(), 1000 * again);
     } else {
       page.refused = true;
+      page.travels = [];
       root().dataset.state = "settled";
       leave();
     }
@@ -468,13 +477,15 @@
       acting: [], // that have been, and are not answered
       changed: new Set(),
       flying: new Set(),
+      wrong: [], // the controls whose messages stand on the page
+      elsewhere: "", // messages of controls that the page does not show
+      travels: [], // undo and redo that wait for an answer
       watch: 0,
       slow: 0,
       lost: false,
       refused: false,
       busy: false,
       waiting: false,
-      sentAt: 0,
       notBefore: 0, // when the server wants to be asked again
       drawn: {},
       due: {},
@@ -490,6 +501,7 @@
       touched: "",
       leaving: null,
       seq: 0,
+      since: 0, // the first number under which the newest question has been asked
       offer: null,
       method: "",
       scene: "",
@@ -508,7 +520,9 @@
   }
 
   function finish(answer, numbers) {
-    if (!page || !answer || answer.seq !== page.seq) return dash_clientside.no_update;
+    if (!page || !answer || answer.seq < page.since || answer.seq > page.seq) return dash_clientside.no_update;
+    // What else may come has been asked for before this was answered.
+    page.since = page.seq + 1;
     page.busy = false;
     page.refused = !answer.ok;
     page.flying.clear();
@@ -529,9 +543,12 @@
     // What a hand dragged has become gains.
     for (const name of ["point", "pole"]) if (answer.ok && !page.changed.has(name)) delete page.values[name];
     const elsewhere = showErrors(answer.errors);
+    if (page.elsewhere && !elsewhere) text("note", "");
+    page.elsewhere = elsewhere;
     // A note stays until another control is touched.
     const note = [elsewhere, answer.note].filter(Boolean).join(" ");
     if (note) text("note", note);
+    if (!numbers) takeDrawn(answer);
     if (answer.ok) report(answer, numbers);
     else document.dispatchEvent(new CustomEvent("deskrefused", { detail: { page: page.name, answer } }));
     if (!numbers && answer.ok) writeLink();
@@ -541,17 +558,22 @@
     // The plots show already what the scene is to show.
     else if (page.unseen) send([]);
     else page.resting = setTimeout(settle);
+    if (page.travels.length && !page.busy) travel(page.travels.shift());
     leave();
     return answer.seq;
   }
 
-  function report(answer, numbers) {
-    if (numbers) moveLines(answer, numbers);
-    else for (const [plot, key] of Object.entries(answer.drawn)) {
+  // A refused entry leaves plots as they are, but in the theme of the page.
+  function takeDrawn({ seq, drawn }) {
+    for (const [plot, key] of Object.entries(drawn)) {
       page.drawn[plot] = key;
       page.stale.delete(plot);
-      if (!page.tables.includes(plot)) page.due[plot] = answer.seq;
+      if (!page.tables.includes(plot)) page.due[plot] = seq;
     }
+  }
+
+  function report(answer, numbers) {
+    if (numbers) moveLines(answer, numbers);
     for (const details of all("details[data-tables]")) {
       const place = details.dataset.tables;
       if (details.open && !(answer.drawn && place in answer.drawn)) page.stale.add(place);
@@ -610,12 +632,14 @@
     const target = event.target;
     if (!onPage(target) || target.type !== "range") return;
     const name = target.dataset.control;
-    edit(name, travelToValue(name, target.value / STEPS), target, true);
+    edit(name, travelToValue(name, target.value / target.max), target, true);
   });
 
   function commit(target) {
     const name = target.dataset.control;
     const entered = target.value.trim();
+    // From here on it is the page that takes it back.
+    target.dataset.shown = target.value;
     if (entered === boxText(page.values[name])) return;
     edit(name, entered, target);
   }
@@ -629,15 +653,17 @@
   });
 
   const ARROWS = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 };
+  const PAGES = { PageUp: 1, PageDown: -1 };
 
-  // A step of a slider may be less than one of a whole number.
+  // A step of a slider may be less than one of a whole number; a page is a tenth of its way, and more than one.
   document.addEventListener("keydown", (event) => {
-    const { target } = event;
+    const { target, key } = event;
     const name = onPage(target) && target.type === "range" ? target.dataset.control : null;
-    if (!name || !(event.key in ARROWS) || !span(name).whole) return;
+    if (!name || !(key in ARROWS || key in PAGES) || !span(name).whole) return;
     event.preventDefault();
     const { low, high } = span(name);
-    edit(name, Math.min(high, Math.max(low, Number(page.values[name]) + ARROWS[event.key])), null, true);
+    const by = ARROWS[key] || PAGES[key] * Math.max(2, Math.round((high - low) / 10));
+    edit(name, Math.min(high, Math.max(low, Number(page.values[name]) + by)), null, true);
   });
 
   document.addEventListener("keydown", (event) => {
@@ -693,25 +719,54 @@
 
   // ------------------------------------------------------------------ undo and redo
 
-  // What the page says once it rests is a step; nothing in between is.
+  // What the page says once it rests is a step; nothing in between is, unless it is taken back. A link says what is
+  // shown: controls that count for nothing now may stand otherwise on another page.
   function remember() {
-    const now = JSON.stringify([page.values, page.pins]);
-    if (steps.present === now) return;
-    if (steps.present !== null) {
+    const now = { link: page.link, state: JSON.stringify([page.values, page.pins]) };
+    if (steps.present && steps.present.link !== now.link) {
       steps.past.push(steps.present);
       steps.past.splice(0, steps.past.length - STEPS_BACK);
       steps.future.length = 0;
     }
     steps.present = now;
+    steps.open = false;
     showHistory();
   }
 
-  function travel(from, to) {
-    if (!root() || !from.length || page.busy || page.waiting) return;
+  // Something has been moved that is no step yet, and can be taken back.
+  function unsettle() {
+    steps.open = true;
+    showHistory();
+  }
+
+  function travel(back) {
+    if (!root()) return;
+    // Until there is an answer nobody knows what has been moved along.
+    if (page.busy || page.waiting) {
+      page.travels.push(back);
+      return;
+    }
+    // What was refused is no step: the one before it is where the page goes back to.
+    if (!page.refused) remember();
+    else if (back && steps.present) {
+      restore();
+      return;
+    }
+    const [from, to] = back ? [steps.past, steps.future] : [steps.future, steps.past];
+    if (!from.length) return;
     to.push(steps.present);
     steps.present = from.pop();
-    [page.values, page.pins] = JSON.parse(steps.present);
+    restore();
+  }
+
+  function restore() {
+    gainscope.letGo();
+    steps.open = false;
+    [page.values, page.pins] = JSON.parse(steps.present.state);
+    // What was moved and not understood is not said again.
     page.changed.clear();
+    page.flying.clear();
+    page.acting = [];
     text("note", "");
     for (const name of Object.keys(page.values)) show(name);
     showHistory();
@@ -719,14 +774,11 @@
   }
 
   function showHistory() {
-    for (const [name, way] of [["undo", steps.past], ["redo", steps.future]]) {
+    for (const [name, there] of [["undo", steps.past.length || steps.open], ["redo", steps.future.length]]) {
       const button = document.getElementById(name);
-      if (button) button.disabled = !way.length;
+      if (button) button.disabled = !there;
     }
   }
-
-  const undo = () => travel(steps.past, steps.future);
-  const redo = () => travel(steps.future, steps.past);
 
   document.addEventListener("keydown", (event) => {
     if (!(event.ctrlKey || event.metaKey) || event.altKey || !root()) return;
@@ -736,14 +788,13 @@
     const key = event.key.toLowerCase();
     if (key !== "z" && key !== "y") return;
     event.preventDefault();
-    if (key === "y" || event.shiftKey) redo();
-    else undo();
+    travel(key === "z" && !event.shiftKey);
   });
 
   document.addEventListener("click", (event) => {
     const button = event.target instanceof Element ? event.target.closest("button") : null;
-    if (button && button.id === "undo") undo();
-    if (button && button.id === "redo") redo();
+    if (button && button.id === "undo") travel(true);
+    if (button && button.id === "redo") travel(false);
   });
 
   document.addEventListener("themechange", () => root() && schedule());
@@ -763,10 +814,10 @@
   }
 
   // Such a plot says which sample its first point is, and how many samples lie from point to point and from marker to
-  // marker.
+  // marker; of a line or markers that show some samples only, every point bears its own.
   function chooseSample(meta, point) {
     const every = point.fullData.mode === "markers" ? meta.every_marker : meta.every;
-    edit("at", meta.first + point.pointNumber * every + 1);
+    edit("at", 1 + (point.customdata ?? meta.first + point.pointNumber * every));
   }
 
   window.gainscope = Object.assign(window.gainscope || {}, {
@@ -785,6 +836,14 @@
       },
       get busy() {
         return page.busy || page.waiting;
+      },
+      // Whether what the controls say is not shown yet.
+      get settling() {
+        return Boolean(root()) && root().dataset.state === "busy";
+      },
+      // Whether what is shown is not what stands in the controls, and does not become it.
+      get refused() {
+        return Boolean(root()) && page.refused;
       },
       // Once more, because the server has become able to answer.
       retry() {

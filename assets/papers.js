@@ -98,8 +98,12 @@
       if (answer.runs === answer.wanted) state.shown = `runs ${answer.wanted}`;
     } else {
       state.shown = theme;
-      if (answer.figure) draw(place(part), answer.figure);
-      else prove(place(part), answer.proof);
+      if (answer.proof) {
+        prove(place(part), answer.proof);
+      } else {
+        draw(place(part), answer.figure);
+        document.getElementById(`${part}-rows`).replaceChildren(...answer.rows.map(told));
+      }
     }
     if (runsWanted(part)) progress(part, state);
     count();
@@ -144,6 +148,11 @@
 
   function reason({ where, text, ...verdict }) {
     return made("li", {}, verdictMark(verdict), ...typeset(where ? ` ${where}. ${text}` : ` ${text}`));
+  }
+
+  // What a figure shows for who does not see it.
+  function told([name, ...cells]) {
+    return made("tr", {}, made("th", { scope: "row" }, name), ...cells.map((cell) => made("td", {}, cell)));
   }
 
   // plotly comes with Dash's first graph.

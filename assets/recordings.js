@@ -44,8 +44,8 @@
   // Dash knows the path that the application is served under.
   const base = () => JSON.parse(document.getElementById("_dash-config").textContent).requests_pathname_prefix;
 
-  // fetch does not tell how much has been sent.
-  function send(blob, name, keep, progress) {
+  // fetch does not tell how much has been sent. A `signal` of an AbortController ends it.
+  function send(blob, name, keep, progress, signal) {
     return new Promise((resolve, reject) => {
       const request = new XMLHttpRequest();
       request.open("PUT", `${base()}recordings?${new URLSearchParams({ name, keep })}`);
@@ -58,6 +58,8 @@
         else reject(new Error(answer?.message || `The server answered ${request.status}.`));
       };
       request.onerror = () => reject(new Error("The server did not take the file."));
+      request.onabort = () => reject(new DOMException("", "AbortError"));
+      signal?.addEventListener("abort", () => request.abort());
       request.send(blob);
     });
   }

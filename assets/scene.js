@@ -4,10 +4,12 @@
   "use strict";
 
   const IDLE = 10 * 60 * 1000; // ms without a hand on page or scene until it is let go; the server waits longer
+  const PATIENCE = 15000; // ms without a connection after which that is said
   const USES = ["pointerdown", "pointermove", "wheel", "keydown", "input", "touchstart"];
 
   let place = null; // where the scene of the present page goes
   let idle = 0;
+  let waiting = 0; // for a connection
   let watcher = null;
 
   const part = (name) => place && place.closest("section").querySelector(`[data-part="${name}"]`);
@@ -43,16 +45,47 @@
         // The page's own events then have to do.
       }
     });
+    frame.addEventListener("connection", ({ detail }) => hear(detail, frame));
     part("resume").hidden = true;
     place.append(frame);
+    awaitConnection();
     place.dataset.token = token;
     used();
     gainscope.desk.useScene(token);
   }
 
+  function awaitConnection() {
+    clearTimeout(waiting);
+    waiting = setTimeout(refuse, PATIENCE);
+  }
+
+  function refuse() {
+    clearTimeout(waiting);
+    part("again").textContent = "Try again";
+    part("refused").hidden = false;
+  }
+
+  // The page in the frame, which tries again by itself, says how that goes (layouts/scenes/page.py).
+  function hear(state, frame) {
+    if (!frame.isConnected) return;
+    if (state === "connected") {
+      clearTimeout(waiting);
+      frame.dataset.connected = "yes";
+      part("refused").hidden = true;
+    } else if (frame.dataset.connected) {
+      // What was there once may come back before anybody misses it.
+      delete frame.dataset.connected;
+      awaitConnection();
+    } else {
+      refuse();
+    }
+  }
+
   function unmount() {
     if (!place) return;
+    clearTimeout(waiting);
     place.replaceChildren();
+    part("refused").hidden = true;
     delete place.dataset.token;
     gainscope.desk.useScene("");
     part("resume").hidden = false;
@@ -68,11 +101,15 @@
   // Background and labels belong to the page in the frame.
   document.addEventListener("themechange", () => {
     const frame = place && place.querySelector("iframe");
-    if (frame && frame.isConnected) frame.src = address(place.dataset.token);
+    if (!frame || !frame.isConnected) return;
+    delete frame.dataset.connected;
+    frame.src = address(place.dataset.token);
+    awaitConnection();
   });
 
   document.addEventListener("deskbegin", (event) => {
     clearTimeout(idle);
+    clearTimeout(waiting);
     stop();
     if (watcher) watcher.disconnect();
     place = document.querySelector(`#${event.detail.page} [data-scene]`);
@@ -128,6 +165,11 @@
     const button = event.target instanceof Element ? event.target.closest("button[data-part]") : null;
     if (!button || !place) return;
     if (button.dataset.part === "show") mount();
+    if (button.dataset.part === "again") {
+      button.textContent = "Trying again …";
+      place.replaceChildren();
+      mount();
+    }
     if (button.dataset.part === "play") {
       if (player) stop();
       else play(button);

@@ -21,25 +21,28 @@
     }
   }
 
-  // The link is right once the page has settled.
+  // Once the page shows what its controls say, or has said why it does not.
   async function settled() {
-    const page = document.querySelector("[data-state]");
-    for (let wait = 0; page && page.dataset.state === "busy" && wait < 40; wait++) {
-      await new Promise((resolve) => setTimeout(resolve, 50));
-    }
+    while (gainscope.desk.settling) await new Promise((resolve) => setTimeout(resolve, 50));
   }
 
+  const LABEL = "Copy link";
+
+  // The link is right once the page has settled; while an entry is refused it is that of what is still shown.
   async function copyLink(button) {
-    const label = button.textContent;
+    const tell = (said) => (document.getElementById("copy-said").textContent = button.textContent = said);
+    if (gainscope.desk.settling) tell("In a moment …");
     await settled();
-    let said = "Copied";
     try {
       await navigator.clipboard.writeText(location.href);
+      tell(gainscope.desk.refused ? "Last good link copied" : "Copied");
     } catch (error) {
-      said = "It is in the address bar";
+      tell("It is in the address bar");
     }
-    button.textContent = said;
-    setTimeout(() => (button.textContent = label), 1500);
+    setTimeout(() => {
+      button.textContent = LABEL;
+      document.getElementById("copy-said").textContent = "";
+    }, 1500);
   }
 
   // Going there by the address would make Dash build the page anew.
@@ -54,8 +57,8 @@
   document.addEventListener("click", (event) => {
     const button = event.target instanceof Element ? event.target.closest("button") : null;
     if (button && button.id === "theme-switch") switchTheme();
-    if (button && button.id === "copy-link" && button.textContent === "Copy link") copyLink(button);
+    if (button && button.id === "copy-link" && button.textContent === LABEL) copyLink(button);
   });
 
-  window.gainscope = Object.assign(window.gainscope || {}, { markPage });
+  window.gainscope = Object.assign(window.gainscope || {}, { markPage, settled });
 })();

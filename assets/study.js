@@ -15,18 +15,35 @@
   document.addEventListener("deskbegin", ({ detail }) => {
     leave();
     if (!document.querySelector(`#${detail.page} [data-study]`)) return;
-    study = { page: detail.page, socket: null, seq: 0, query: null, asked: "", askedQuery: null, errors: [], figures: new Set(), tries: 0 };
+    study = {
+      page: detail.page,
+      socket: null,
+      seq: 0,
+      query: null, // what the page shows
+      asked: "", // the theme and what was asked for, of the newest question
+      askedQuery: null,
+      shownQuery: null, // what the study that is shown was asked with
+      errors: [],
+      figures: new Set(),
+    };
     connect();
   });
 
   document.addEventListener("desksettled", ({ detail }) => {
     if (!study || detail.page !== study.page) return;
     study.query = detail.link;
-    const wanted = `${theme()}|${study.query}`;
-    if (wanted === study.asked) return;
+    markStale();
+    want();
+  });
+
+  // While an entry is refused the page does not settle.
+  document.addEventListener("themechange", () => study && study.query !== null && card() && want());
+
+  function want() {
+    if (`${theme()}|${study.query}` === study.asked) return;
     // What was stopped stays stopped until something else is asked for.
     ask(["stopped", "over"].includes(card().dataset.study) && study.query === study.askedQuery ? "look" : "");
-  });
+  }
 
   function connect() {
     const mine = study;
@@ -46,24 +63,24 @@
       mine.socket = null;
       if (mine !== study) return;
       if (!card()) return;
-      if (["running", "queued"].includes(card().dataset.study)) say("lost", "The server does not answer; trying again.");
+      if (["asked", "running", "queued"].includes(card().dataset.study)) say("lost", "The server does not answer; trying again.");
       setTimeout(() => mine === study && card() && connect(), RECONNECT);
     };
     mine.close = () => socket.close();
   }
 
   // What is wanted: to "stop", to "look" at what was stopped, else the study.
-  function ask(want) {
+  function ask(wish) {
     if (!study.socket) return;
     study.seq = ++lastSeq;
-    if (want !== "stop") study.asked = `${theme()}|${study.query}`;
-    if (!want) {
+    if (wish !== "stop") study.asked = `${theme()}|${study.query}`;
+    if (!wish) {
       study.askedQuery = study.query;
       study.share = 0;
       card().dataset.study = "asked";
     }
     const question = { seq: study.seq, query: study.query, theme: theme() };
-    study.socket.send(JSON.stringify(want ? { ...question, [want]: true } : question));
+    study.socket.send(JSON.stringify(wish ? { ...question, [wish]: true } : question));
   }
 
   function leave() {
@@ -91,19 +108,35 @@
       return;
     }
     showErrors(message.errors || {});
+    // Of what has only begun there may be nothing to show.
+    const content = Object.keys(message.content || {}).length ? message.content : null;
+    if (content) study.shownQuery = study.askedQuery;
+    markStale();
     const share = message.of ? message.done / message.of : 0;
     if (message.of) study.share = share;
     const bar = part("bar");
     bar.value = message.state === "done" ? 1 : study.share || 0;
     say(message.state, words(message, share));
-    if (message.content) show(message.content);
+    if (content) show(content);
+  }
+
+  // What answers another question than the page's keeps its place until there is a part of the answer; until then it
+  // looks it and cannot be taken. Its buttons keep the focus.
+  const isStale = () => study.shownQuery !== null && study.shownQuery !== study.query;
+
+  function markStale() {
+    card().toggleAttribute("data-stale", isStale());
+    for (const button of card().querySelectorAll(".study-results button")) {
+      if (isStale()) button.setAttribute("aria-disabled", "true");
+      else button.removeAttribute("aria-disabled");
+    }
   }
 
   function words({ state, place, seconds, remaining, minutes }, share) {
     const percent = `${Math.floor(100 * (state === "stopped" ? study.share || 0 : share))} %`;
     switch (state) {
       case "queued":
-        return `Two studies are running; place ${place} in the queue.`;
+        return `Other studies are running; place ${place} in the queue.`;
       case "running":
         return remaining === null ? "Begun." : `${percent}, about ${duration(remaining)} left.`;
       case "done":
@@ -127,10 +160,16 @@
     return `${Math.round(seconds / 60)} min`;
   }
 
-  function say(state, text) {
+  function say(state, told) {
     card().dataset.study = state;
+    // What is refused says so beside its field.
+    const text = isStale() && state !== "refused" ? `${told} Shown: the answer to the question before.` : told;
     const line = part("text");
     if (line.textContent !== text) line.textContent = text;
+    // While it runs a screen reader is told of quarters.
+    const step = state === "running" ? Math.floor(4 * (study.share || 0)) : text;
+    if (step && step !== study.step) part("said").textContent = text;
+    study.step = step;
     const going = state === "running" || state === "queued";
     const button = part("stop");
     button.textContent = going ? "Stop" : "Run again";
@@ -156,10 +195,10 @@
 
   // ------------------------------------------------------------------ showing
 
-  function show({ figures, texts, rows, offers }) {
+  function show({ figures, texts, rows, columns, offers }) {
     for (const [id, figure] of Object.entries(figures || {})) draw(id, figure);
     for (const [name, text] of Object.entries(texts || {})) gainscope.desk.text(name, text);
-    if (rows) gainscope.desk.showRows(rows);
+    if (rows) gainscope.desk.showRows(rows, columns);
     for (const [name, offer] of Object.entries(offers || {})) {
       const button = document.getElementById(`${study.page}-${name}`);
       if (!button) continue;
@@ -201,7 +240,7 @@
     if (button.id === `${study.page}-study-stop`) {
       const going = ["running", "queued"].includes(card().dataset.study);
       ask(going ? "stop" : "");
-    } else if (button.dataset.controls && button.closest(`#${study.page}`)) {
+    } else if (button.dataset.controls && button.closest(`#${study.page}`) && !button.matches("[aria-disabled]")) {
       gainscope.desk.editAll(JSON.parse(button.dataset.controls));
     }
   });

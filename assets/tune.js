@@ -29,7 +29,8 @@
   // A cell that was clicked is offered.
   function offerCell(plot, point) {
     const { plane } = plot.layout.meta || {};
-    if (!plane || point.fullData.type !== "heatmap") return;
+    // What answers another question than the page's offers nothing.
+    if (!plane || point.fullData.type !== "heatmap" || plot.closest("[data-stale]")) return;
     const [x, y] = [point.x, point.y].map((value) => Number(value.toPrecision(5)));
     const [across, up] = ["xaxis", "yaxis"].map((axis) => plot.layout[axis].title.text);
     const button = document.getElementById("tune-cell");
@@ -46,8 +47,8 @@
     const knowing = document.getElementById("tune-without_truth");
     if (knowing) {
       knowing.disabled = detail.answer.blind;
-      if (detail.answer.blind) knowing.setAttribute("aria-describedby", "tune-data-note");
-      else knowing.removeAttribute("aria-describedby");
+      const told = "tune-without_truth-about tune-without_truth-error";
+      knowing.setAttribute("aria-describedby", detail.answer.blind ? `tune-data-note ${told}` : told);
     }
     movePresent(document.querySelector(`#${PLOT} .js-plotly-plot`), "lines" in detail.answer);
   });

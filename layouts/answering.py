@@ -10,6 +10,7 @@ import pickle
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from time import perf_counter
 from typing import Any
 
 import msgspec
@@ -21,6 +22,9 @@ from layouts.desk import Desk, answer, live_answer, reader_of
 from layouts.questions import Question
 from layouts.services import Services
 from server.dispatch import describe
+from server.helpers import HelperGoneError
+from server.metrics import COMPUTING, computing
+from server.work import ANSWERS
 
 _JSON = orjson.OPT_NON_STR_KEYS | orjson.OPT_SERIALIZE_NUMPY
 
@@ -65,10 +69,16 @@ async def give(services: Services, name: str, function: Callable[[Question], byt
     """
     if question.is_long:
         return await services.work.run(function, question)
-    found = await services.helpers.compute(name, partial(msgspec.json.encode, question))
+    try:
+        found = await services.helpers.compute(name, partial(msgspec.json.encode, question))
+    except HelperGoneError:
+        # It may be what the helper was lost to: the event loop is not to be lost to it as well.
+        return await services.work.run(function, question)
     if found is None:
-        return function(question)
-    message, picture = _found(found)
+        with computing(ANSWERS):
+            return function(question)
+    message, picture, seconds = _found(found)
+    COMPUTING.labels(ANSWERS).observe(seconds)
     if picture:
         # The scene is in this process.
         services.scenes.show(question.scene, pickle.loads(picture))  # noqa: S301 - from a process of our own
@@ -76,19 +86,24 @@ async def give(services: Services, name: str, function: Callable[[Question], byt
 
 
 def found_by_helper(desk: Desk, kind: str) -> Callable[[Question], bytes]:
-    """What computes in a helper what `give` takes from one: the answer, and the picture for the page's scene if any."""
+    """What computes in a helper what `give` takes from one.
+
+    That is the answer, the picture for the page's scene if any, and the seconds that computing took.
+    """
     pictures: list[Any] = []
     function = partial(KINDS[kind], replace(desk, show=lambda _, picture: pictures.append(picture)))
 
     def find(question: Question) -> bytes:
         pictures.clear()
+        begun = perf_counter()
         message = function(question)
-        return msgspec.msgpack.encode((message, pickle.dumps(pictures[-1], 5) if pictures else b""))
+        picture = pickle.dumps(pictures[-1], 5) if pictures else b""
+        return msgspec.msgpack.encode((message, picture, perf_counter() - begun))
 
     return find
 
 
-_found = msgspec.msgpack.Decoder(tuple[bytes, bytes]).decode
+_found = msgspec.msgpack.Decoder(tuple[bytes, bytes, float]).decode
 
 
 def register(app: Dash, desk: Desk, services: Services) -> None:

@@ -38,6 +38,7 @@ class Asked:
             that runs for it looks at it in another way, another theme say.
         tell: sends to the page, from the server's loop.
         loop: that loop.
+        client: whose page it is, as limits know it.
         stopped: set once nobody wants it any more, or it has ended.
         last: how far it had come when it was shown last, and after how many seconds; None once all of it is there.
     """
@@ -46,6 +47,7 @@ class Asked:
     view: tuple[Any, Content]
     tell: Callable[[Mapping[str, Any]], None]
     loop: asyncio.AbstractEventLoop
+    client: str
     stopped: threading.Event = field(default_factory=threading.Event)
     last: tuple[Progress[Any], float] | None = None
 

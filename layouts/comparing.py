@@ -17,6 +17,9 @@ from tracker_core.tuning.monte_carlo import FIGURES, RUNS
 PRESENT = 0
 """Where a slot of a pin may stand: the present filter."""
 
+CHOICES = (PRESENT, *SLOTS)
+"""Slots of all filters that there can be."""
+
 _SLOT = Domain(PRESENT, SLOTS[-1], whole=True)
 
 

@@ -25,7 +25,7 @@ GRAPH_CONFIG: Any = {
 
 
 def tip(text: str, sentence: str, role: str = "") -> Component:
-    """A term that explains itself on hover, focus and tap."""
+    """A term that explains itself on hover, focus and tap; assets/tips.js shows the sentence."""
     return html.Span(
         text, className=f"tip {role}".strip(), tabIndex=0, **{"data-tip": sentence, "aria-description": sentence}
     )
@@ -39,6 +39,16 @@ def typeset(text: str) -> list[Component | str]:
 def error_line(page: str, name: str) -> Component:
     """Where the message about a field appears."""
     return html.Div(id=f"{page}-{name}-error", className="field-error", role="alert")
+
+
+def about(page: str, name: str, sentence: str) -> Component:
+    """What explains a field: told with its control, and shown beside it by assets/tips.js."""
+    return html.Span(sentence, id=f"{page}-{name}-about", hidden=True)
+
+
+def told(page: str, name: str) -> dict[str, str]:
+    """What a screen reader is told of a control beside its label; of inputs assets/desk.js says the same."""
+    return {"aria-describedby": f"{page}-{name}-about {page}-{name}-error"}
 
 
 def select_field(
@@ -55,8 +65,9 @@ def select_field(
     """
     return html.Div(
         [
-            html.Label(label, htmlFor=f"{page}-{name}", **{"data-tip": sentence}, className="tip"),
-            html.Select(_options(options, groups), id=f"{page}-{name}", **{"data-control": name}),
+            html.Label(label, htmlFor=f"{page}-{name}", className="tip"),
+            html.Select(_options(options, groups), id=f"{page}-{name}", **{"data-control": name}, **told(page, name)),
+            about(page, name, sentence),
             error_line(page, name),
         ],
         className=f"field field-{name}",
@@ -82,8 +93,9 @@ def box_field(page: str, name: str, label: str, sentence: str, unit: str = "") -
     caption = f"{label} ({unit})" if unit else label
     return html.Div(
         [
-            html.Label(caption, htmlFor=f"{page}-{name}", **{"data-tip": sentence}, className="tip"),
+            html.Label(caption, htmlFor=f"{page}-{name}", className="tip"),
             box(page, name, caption),
+            about(page, name, sentence),
             error_line(page, name),
         ],
         className=f"field field-{name}",
@@ -114,11 +126,11 @@ def slider_field(page: str, name: str, symbol: str, title: str, sentence: str) -
                 [html.Span(symbol, className="symbol"), html.Span(title, className="visually-hidden")],
                 htmlFor=f"{page}-{name}-slider",
                 className="tip",
-                **{"data-tip": f"{title}. {sentence}"},
             ),
             slider(page, name, f"{symbol} {title}"),
             box(page, name, f"{symbol} {title}, number"),
             html.Span(className="owner", id=f"{page}-{name}-owner"),
+            about(page, name, f"{title}. {sentence}"),
             error_line(page, name),
         ],
         className=f"gain gain-{name}",
@@ -127,20 +139,29 @@ def slider_field(page: str, name: str, symbol: str, title: str, sentence: str) -
 
 
 def sample_cursor(page: str, label: str) -> Component:
-    """A slider over the samples of the run.
+    """A slider over the samples of the run, and a box that reaches every one of them.
 
     Args:
         page: prefix of the ids.
-        label: what a screen reader is told that it chooses.
+        label: what a screen reader is told that they choose.
     """
     return html.Div(
-        [
-            html.Label("Sample", htmlFor=f"{page}-at-slider"),
-            slider(page, "at", label),
-            html.Output(id=f"{page}-at-text"),
-        ],
+        [html.Label("Sample", htmlFor=f"{page}-at-slider"), *sample_inputs(page, label)],
         className="cursor",
     )
+
+
+def sample_inputs(page: str, label: str) -> list[Component]:
+    """Slider and box of the chosen sample, of how many, and its time.
+
+    The latter are not read out: slider and box say which it is, and a played run would never end.
+    """
+    return [
+        slider(page, "at", label),
+        box(page, "at", f"{label}, number"),
+        html.Output(id=f"{page}-at-text", **{"aria-live": "off"}),
+        error_line(page, "at"),
+    ]
 
 
 def parameter_field(page: str, name: str, title: str, sentence: str, unit: str = "") -> Component:
@@ -148,9 +169,10 @@ def parameter_field(page: str, name: str, title: str, sentence: str, unit: str =
     caption = f"{title} ({unit})" if unit else title
     return html.Div(
         [
-            html.Label(caption, htmlFor=f"{page}-{name}-slider", className="tip", **{"data-tip": sentence}),
+            html.Label(caption, htmlFor=f"{page}-{name}-slider", className="tip"),
             slider(page, name, caption),
             box(page, name, f"{caption}, number"),
+            about(page, name, sentence),
             error_line(page, name),
         ],
         className=f"parameter field-{name}",
@@ -165,7 +187,8 @@ def switch_field(page: str, name: str, label: str, sentence: str) -> Component:
                 className="placeholder",
                 **{"data-input": "switch", "data-id": f"{page}-{name}", "data-control": name, "data-label": label},
             ),
-            html.Label(label, htmlFor=f"{page}-{name}", className="tip", **{"data-tip": sentence}),
+            html.Label(label, htmlFor=f"{page}-{name}", className="tip"),
+            about(page, name, sentence),
             error_line(page, name),
         ],
         className=f"switch field-{name}",
@@ -307,16 +330,44 @@ def save_figure(title: str) -> Component:
 
 
 def study_row(page: str) -> Component:
-    """How far a page's study has come, and the button that stops it; assets/study.js fills it in."""
+    """How far a page's study has come, and the button that stops it; assets/study.js fills it in.
+
+    What changes several times a second is not read out; what is comes in quarters.
+    """
     return html.Div(
         [
             html.Progress(id=f"{page}-study-bar", max=1, value=0, **{"aria-label": "Progress of the study"}),
-            html.Span(id=f"{page}-study-text", role="status"),
+            html.Span(id=f"{page}-study-text"),
+            html.Span(id=f"{page}-study-said", className="visually-hidden", role="status"),
             html.Button("Stop", id=f"{page}-study-stop", type="button", className="quiet", hidden=True),
             html.Div(id=f"{page}-study-error", className="field-error", role="alert"),
         ],
         className="study-row",
     )
+
+
+def numbers_card(place: str, said: str) -> Component:
+    """Opens to the numbers behind the plots.
+
+    Args:
+        place: id of the element that the tables of a page (see `desk.Desk`) are put into.
+        said: what they are of.
+    """
+    return html.Section(
+        html.Details(
+            [html.Summary(f"Numbers: {said}"), html.Div(id=place, className="numbers")],
+            id=f"{place}-details",
+            **{"data-tables": place},
+        ),
+        className="card numbers-card",
+        **{"aria-label": "Numbers"},
+    )
+
+
+NO_SCENE = (
+    "The scene has no connection: this server shows as many scenes as it can, or something on the way to it lets no "
+    "WebSocket through. "
+)
 
 
 def scene_card(
@@ -335,6 +386,13 @@ def scene_card(
     return html.Section(
         [
             html.Div([html.H2(title, id=f"{page}-scene-title"), *tools], className="card-head"),
+            html.Div(
+                [NO_SCENE, html.Button("Try again", type="button", className="quiet", **{"data-part": "again"})],
+                className="scene-resume",
+                hidden=True,
+                role="status",
+                **{"data-part": "refused"},
+            ),
             html.Div(className="scene", **{"data-scene": page, "data-title": label}),
             html.P(missing, className="scene-missing", hidden=True, role="status", **{"data-part": "missing"}),
             html.Div(

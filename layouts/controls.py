@@ -180,8 +180,11 @@ def resolve(
     view_values = {name: draft.controls.get(name) for name in VIEW_FIELDS}
     if draft.new_target:
         view_values = {name: view_values[name] for name in OWN_VIEW}
-    elif "samples" in draft.changed and "at" not in draft.changed:
-        view_values.pop("at")
+    elif "samples" in draft.changed:
+        # A sample that was chosen meanwhile stays if there is one.
+        view_values["at"] = view_values["at"] if "at" in draft.changed else None
+    elif "at" in draft.changed and (wrong := _wrong_sample(view_values["at"], experiment)):
+        return _refused(draft, wrong, pinning)
     view = _view(view_values, experiment)
     settings, said = pinning_done(Settings(experiment, view, read_pins(pins), limits), pinning)
     if settings.experiment != experiment:
@@ -200,6 +203,11 @@ def _refused(draft: Draft, errors: Iterable[InputError], pinning: Collection[Act
     if pinning:
         draft.notes.append("The pins stay as they are while an entry is wrong.")
     return Resolution(draft.lasting(), None, tuple(errors), draft.note)
+
+
+def _wrong_sample(value: Any, experiment: Experiment) -> list[InputError]:
+    """Why there is no such sample; nothing where there is, or an empty box means the middle one."""
+    return read_view({"at": value}, experiment)[1]
 
 
 def _view(values: Mapping[str, Any], experiment: Experiment) -> View:

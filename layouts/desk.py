@@ -9,16 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
+from urllib.parse import parse_qsl
 
 from dash import Patch, dcc, no_update
 from dash.development.base_component import Component
 
 from layouts.controls import Resolution, controls_of, resolve
 from layouts.figures.common import Figure, Path, coordinates, moving, moving_traces
-from layouts.questions import Question, page_reader
+from layouts.questions import Question, page_reader, theme_key
 from layouts.readouts import common_report
 from layouts.shown import Shown
-from layouts.state import Settings, from_query
+from layouts.state import LINK_LIMIT, Settings, from_query
 from layouts.text import error_text
 from server.typed import Reader
 from tracker_core import InputError, Result, run_experiment
@@ -42,6 +43,8 @@ class Plot:
     key: Callable[[Shown], str]
     often: bool = False
 
+
+TOO_LONG = f"The link has more than {LINK_LIMIT:,} characters now; some programs cut such a link short."
 
 Tables = Callable[[Result, Settings], list[Component]]
 
@@ -111,7 +114,7 @@ def reader_of(desk: Desk) -> Reader[Question]:
 
 def drawing_keys(desk: Desk, shown: Shown) -> dict[str, str]:
     """Per plot what must stay the same for its unmoved parts to stay right."""
-    return {name: f"{shown.theme}|{plot.key(shown)}" for name, plot in desk.plots.items()}
+    return {name: theme_key(shown.theme) + plot.key(shown) for name, plot in desk.plots.items()}
 
 
 def answer(desk: Desk, question: Question) -> tuple[list[Any], dict[str, Any]]:
@@ -127,13 +130,12 @@ def answer(desk: Desk, question: Question) -> tuple[list[Any], dict[str, Any]]:
     """
     resolution = _resolution(question)
     if resolution.settings is None:
-        return [no_update] * (len(desk.plots) + len(desk.tables)), _refusal(desk, question, resolution)
+        return _kept(desk, question, resolution)
     try:
         shown = _shown(question, resolution.settings, live=False)
     except InputError as error:
         # What only the run finds out: too few measurements for the start, say.
-        refused = replace(resolution, errors=(error,))
-        return [no_update] * (len(desk.plots) + len(desk.tables)), _refusal(desk, question, refused)
+        return _kept(desk, question, replace(resolution, errors=(error,)))
     keys, before = drawing_keys(desk, shown), question.drawn
     updates: list[Any] = []
     wanted = list(desk.plots) if question.want is None else question.want
@@ -203,6 +205,30 @@ def _shown(question: Question, settings: Settings, *, live: bool) -> Shown:
     return Shown(result, settings, question.theme, meta, live, question.scene, beside)
 
 
+def _kept(desk: Desk, question: Question, refused: Resolution) -> tuple[list[Any], dict[str, Any]]:
+    """The answer where something is wrong: what is shown stays, drawn anew where the page has another theme now."""
+    updates: list[Any] = [no_update] * (len(desk.plots) + len(desk.tables))
+    now: dict[str, str] = {}
+    shown = _shown_before(question) if question.otherwise_drawn() else None
+    if shown is not None:
+        keys = drawing_keys(desk, shown)
+        now = {name: keys[name] for name in question.otherwise_drawn()}
+        updates = [desk.plots[name].draw(shown) if name in now else no_update for name in (*desk.plots, *desk.tables)]
+        _show_scene(desk, shown)
+    return updates, _refusal(desk, question, refused) | {"drawn": now}
+
+
+def _shown_before(question: Question) -> Shown | None:
+    """What the page shows although something is wrong; None where it says nothing that can still be run."""
+    settings, notes = from_query(dict(parse_qsl(question.link or "")))
+    if question.link is None or notes:
+        return None
+    try:
+        return _shown(question, settings, live=False)
+    except InputError:
+        return None
+
+
 def _patch(figure: Figure, paths: tuple[Path, ...]) -> Patch:
     patch = Patch()
     for path, value in moving(figure, paths):
@@ -227,9 +253,13 @@ def _refusal(desk: Desk, question: Question, resolution: Resolution) -> dict[str
     }
 
 
-def _report(desk: Desk, question: Question, resolution: Resolution, shown: Shown) -> dict[str, Any]:
+def _show_scene(desk: Desk, shown: Shown) -> None:
     if desk.picture is not None and desk.show is not None and shown.scene:
         desk.show(shown.scene, desk.picture(shown))
+
+
+def _report(desk: Desk, question: Question, resolution: Resolution, shown: Shown) -> dict[str, Any]:
+    _show_scene(desk, shown)
     rest = common_report(shown.result, shown.settings, live=shown.live)
     own = desk.report(shown)
     for part in ("texts", "offers", "fields"):
@@ -239,7 +269,7 @@ def _report(desk: Desk, question: Question, resolution: Resolution, shown: Shown
         "ok": True,
         "controls": resolution.controls,
         "errors": {},
-        "note": resolution.note,
+        "note": " ".join(filter(None, (resolution.note, TOO_LONG if len(rest["link"]) > LINK_LIMIT else ""))),
         "cards": {},
         "rows": {},
         "handles": {},

@@ -2,8 +2,9 @@
 
 A set is one file in the store's folder: a line of JSON with its name, then the bytes as they came. It is written beside
 its place, forced to the disk, and put there in one step, so that a server that is killed leaves either the set or a
-part that the next one removes. Several servers may share a folder: they never write to the same file, and whatever one
-of them removes is missing for the others as if it had been too old.
+part that goes later. Several servers may share a folder: they never write to the same file, and whatever one of them
+removes is missing for the others as if it had been too old. What is removed, and what is acknowledged because it is
+there already, is seen to by one of them at a time.
 """
 
 from __future__ import annotations
@@ -11,15 +12,21 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import sys
+import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import NamedTemporaryFile
+from typing import IO
 
 from layouts.incoming import MEGABYTE, Incoming
 from tracker_core.checks import InputError
 from tracker_core.measured import DATA, File, clean_name, content_name
+
+if sys.platform != "win32":
+    import fcntl
 
 HOUR = 3600.0
 DAY = 24 * HOUR
@@ -33,20 +40,67 @@ TOUCHED = HOUR / 4
 LEFT_OVER = HOUR
 """Seconds after which a part that nobody has finished is nobody's."""
 
+COUNTED = 600.0
+"""Seconds after which the sets are counted anew: somebody else may have put some there, or taken some away."""
+
+UNIT = 65_536
+"""Bytes that a set is counted in: a small one, too, takes blocks of the disk, and its time when all are counted."""
+
 SUFFIX, PART = ".recording", ".part"
+
+SUM = "sum.json"
+"""Name of the file that says how much there is; whoever has it locked has the folder to himself."""
+
+SUM_LENGTH = 100
+"""Bytes of it, always the same: it is written in one piece, and a kill leaves the sum before or after."""
 
 
 class NoRoomError(InputError):
     """The store is full of sets that are in use."""
 
 
+def counted(size: int) -> int:
+    """What a file of so many bytes is counted as, bytes."""
+    return -(-size // UNIT) * UNIT
+
+
 @dataclass(frozen=True, slots=True)
 class _Kept:
-    """A set in the folder: where, its bytes, when it was used last."""
+    """A set in the folder, and how it was seen."""
 
     path: Path
-    size: int
-    used: float
+    seen: os.stat_result
+
+
+@dataclass(slots=True)
+class _Sum:
+    """How much there is.
+
+    Attributes:
+        size: of all sets, as they are counted, bytes.
+        at: when they were counted, in seconds since 1970.
+    """
+
+    size: int = 0
+    at: float = 0.0
+
+    @property
+    def is_old(self) -> bool:
+        """Whether they are to be counted anew."""
+        return abs(time.time() - self.at) > COUNTED
+
+    @classmethod
+    def read(cls, stream: IO[bytes]) -> _Sum:
+        """What is in the file; an old one where there is none."""
+        with contextlib.suppress(ValueError, TypeError, LookupError, RecursionError):
+            said = json.loads(stream.read(SUM_LENGTH))
+            return cls(int(said["size"]), float(said["at"]))
+        return cls()
+
+    def write(self, stream: IO[bytes]) -> None:
+        """Put it into the file."""
+        stream.seek(0)
+        stream.write(json.dumps({"size": self.size, "at": self.at}).encode().ljust(SUM_LENGTH - 1) + b"\n")
 
 
 class Store:
@@ -54,7 +108,7 @@ class Store:
 
     Args:
         directory: the folder; made where it is not there.
-        most_bytes: of all sets together.
+        most_bytes: of all sets together, as they are counted.
         longest_age_days: days for which a set is kept that nobody uses.
 
     Attributes:
@@ -62,23 +116,25 @@ class Store:
         problem: why nothing can be kept there; empty where it can.
         most_bytes: of all sets together.
         days: for which a set is kept that nobody uses.
+        size: of all sets together when this server last had to do with them, as they are counted, bytes.
     """
 
     def __init__(self, directory: Path, *, most_bytes: int, longest_age_days: float) -> None:
         self.directory = directory
         self.most_bytes = most_bytes
         self.days = longest_age_days
+        self.size = 0
+        self._threads = threading.Lock()
         self.problem = self._prepare()
-        if not self.problem:
-            self._remove_left_over()
-            self._remove_old()
 
     def _prepare(self) -> str:
-        """Make the folder and write to it: nothing else tells whether that works."""
+        """Make the folder, write to it and lock it: nothing else tells whether that works. Count what is there."""
         try:
             self.directory.mkdir(mode=0o700, parents=True, exist_ok=True)
             with NamedTemporaryFile(suffix=PART, dir=self.directory):
                 pass
+            with self._alone() as there:
+                self._count(there)
         except OSError as error:
             return error.strerror or type(error).__name__
         return ""
@@ -110,20 +166,63 @@ class Store:
             NoRoomError: where it would be too much, and everything else has been used lately.
             OSError: where the folder cannot be written to.
         """
-        known = self.fetch(incoming.data)
-        if known is not None:
-            return known
-        self._make_room(incoming.size)
-        os.fsync(incoming.stream.fileno())
-        Path(incoming.stream.name).replace(self._path(incoming.data))
-        self._sync_directory()
-        kept = self.fetch(incoming.data)
-        if kept is None:
+        known = self._find(incoming.data)
+        if known is None or not known[1]:
+            part = incoming.stream
+            os.fsync(part.fileno())
+            self._place(Path(part.name), counted(os.fstat(part.fileno()).st_size), self._path(incoming.data))
+            known = self._find(incoming.data)
+        if known is None:
             raise OSError("the file was not there after it had been written")
-        return kept
+        # Who put it there may not have come as far as this.
+        self._sync_directory()
+        return known[0]
 
     def fetch(self, data: str) -> File | None:
         """The file that is known by this; None where it is not there, or no longer what it was."""
+        found = self._find(data)
+        return None if found is None else found[0]
+
+    def has(self, data: str) -> bool:
+        """Whether there is a file that is known by this, whatever is in it."""
+        return self._path(data).exists()
+
+    def look(self) -> None:
+        """See how much there is by now.
+
+        Raises:
+            OSError: where the folder cannot be written to.
+        """
+        with self._alone() as there:
+            if there.is_old:
+                self._count(there)
+
+    def _path(self, data: str) -> Path:
+        return self.directory / f"{data}{SUFFIX}"
+
+    @contextlib.contextmanager
+    def _alone(self) -> Iterator[_Sum]:
+        """Alone in the folder, of all threads and all servers that share it; what is there is to be kept up to date.
+
+        The system lets go of the lock of whoever is killed.
+
+        Raises:
+            OSError: where that cannot be had.
+        """
+        opened = os.open(self.directory / SUM, os.O_RDWR | os.O_CREAT, 0o600)
+        # Where the system has no such lock, one server has a folder to itself.
+        with self._threads, os.fdopen(opened, "r+b", buffering=0) as stream:
+            if sys.platform != "win32":
+                fcntl.flock(stream, fcntl.LOCK_EX)
+            there = _Sum.read(stream)
+            try:
+                yield there
+            finally:
+                there.write(stream)
+                self.size = there.size
+
+    def _find(self, data: str) -> tuple[File, bool] | None:
+        """The file that is known by this, and whether it stays for now; None where it is not there, or broken."""
         if self.problem or not DATA.fullmatch(data):
             return None
         path = self._path(data)
@@ -133,73 +232,90 @@ class Store:
                 seen = os.fstat(stream.fileno())
                 name, content = _name(stream.readline()), stream.read()
                 if name is None or content_name(content) != data:
-                    self._remove(path, seen)
+                    self._drop(path, seen)
                     return None
+                return File(name, content), self._use(path, seen)
         except OSError:
             return None
-        self._touch(path, seen.st_mtime)
-        return File(name, content)
 
-    def size(self) -> int:
-        """Bytes of all sets together."""
-        return 0 if self.problem else sum(item.size for item in self._kept())
-
-    def _path(self, data: str) -> Path:
-        return self.directory / f"{data}{SUFFIX}"
-
-    def _touch(self, path: Path, used: float) -> None:
-        if time.time() - used > TOUCHED:
-            # It may have been removed since, or belong to somebody else.
-            with contextlib.suppress(OSError):
+    def _use(self, path: Path, seen: os.stat_result) -> bool:
+        """Note that a set is used; whether it is there still, and makes room for no other."""
+        if time.time() - seen.st_mtime <= TOUCHED:
+            return True
+        with contextlib.suppress(OSError), self._alone():
+            # It may have been removed since.
+            if path.stat().st_ino == seen.st_ino:
                 os.utime(path)
+                return True
+        return False
 
-    def _remove(self, path: Path, seen: os.stat_result | None = None) -> None:
-        """Remove a set, unless another has been put in the place of the one that was seen."""
-        with contextlib.suppress(OSError):
-            if seen is None or path.stat().st_ino == seen.st_ino:
+    def _drop(self, path: Path, seen: os.stat_result) -> None:
+        """Remove a set that is broken, unless another has been put in its place."""
+        with contextlib.suppress(OSError), self._alone() as there:
+            if path.stat().st_ino == seen.st_ino:
                 path.unlink()
+                there.size -= counted(seen.st_size)
 
-    def _kept(self) -> list[_Kept]:
-        """The sets, the longest unused first."""
+    def _place(self, part: Path, size: int, path: Path) -> None:
+        """Put a part in its place, where there is room, or can be made."""
+        with self._alone() as there:
+            self._make_room(size, there)
+            before = 0
+            with contextlib.suppress(FileNotFoundError):
+                # Somebody else may have put it there meanwhile.
+                before = counted(path.stat().st_size)
+            part.replace(path)
+            there.size += size - before
+
+    def _count(self, there: _Sum) -> list[_Kept]:
+        """Count the sets, the longest unused first; what is too old goes, and so do parts that are nobody's."""
         kept = []
-        for path in self.directory.glob(f"*{SUFFIX}"):
-            # Another server may have removed it.
+        now, there.size = time.time(), 0
+        for entry in self.directory.iterdir():
+            # Somebody may have removed it by hand.
             with contextlib.suppress(OSError):
-                found = path.stat()
-                kept.append(_Kept(path, found.st_size, found.st_mtime))
-        return sorted(kept, key=lambda item: item.used)
+                if entry.suffix in (SUFFIX, PART):
+                    seen = entry.stat()
+                    longest = self.days * DAY if entry.suffix == SUFFIX else LEFT_OVER
+                    if now - seen.st_mtime > longest:
+                        entry.unlink()
+                    elif entry.suffix == SUFFIX:
+                        kept.append(_Kept(entry, seen))
+                        there.size += counted(seen.st_size)
+        there.at = now
+        return sorted(kept, key=lambda each: each.seen.st_mtime)
 
-    def _remove_left_over(self) -> None:
-        for path in self.directory.glob(f"*{PART}"):
-            with contextlib.suppress(OSError):
-                if time.time() - path.stat().st_mtime > LEFT_OVER:
-                    path.unlink()
-
-    def _remove_old(self) -> None:
-        for kept in self._kept():
-            if time.time() - kept.used > self.days * DAY:
-                self._remove(kept.path)
-
-    def _make_room(self, size: int) -> None:
-        self._remove_old()
-        kept = self._kept()
-        spare = self.most_bytes - size - sum(item.size for item in kept)
+    def _make_room(self, size: int, there: _Sum) -> None:
+        """Remove what was used longest ago, where there is no room for so many bytes."""
+        if there.size + size <= self.most_bytes and not there.is_old:
+            return
+        kept = self._count(there)
+        spare = self.most_bytes - size - there.size
         going = []
-        for item in kept:
+        for each in kept:
             if spare >= 0:
                 break
             # A use within TOUCHED of the one before is not noted.
-            if time.time() - item.used > RECENT + TOUCHED:
-                going.append(item)
-                spare += item.size
-        if spare < 0:
+            if time.time() - each.seen.st_mtime > RECENT + TOUCHED:
+                going.append(each)
+                spare += counted(each.seen.st_size)
+        if spare >= 0:
+            for each in going:
+                self._make_go(each, there)
+        if there.size + size > self.most_bytes:
             rule = (
                 f"must fit beside the recordings in use: this server keeps {self.most_bytes / MEGABYTE:g} MB; keep it "
                 "in this browser only, or try again in an hour"
             )
             raise NoRoomError("file", rule, f"{size / MEGABYTE:.1f} MB")
-        for item in going:
-            self._remove(item.path)
+
+    def _make_go(self, each: _Kept, there: _Sum) -> None:
+        """Remove a set, unless it has been used since it was seen: a server of an earlier version asks for no lock."""
+        with contextlib.suppress(OSError):
+            now = each.path.stat()
+            if (now.st_ino, now.st_mtime_ns) == (each.seen.st_ino, each.seen.st_mtime_ns):
+                each.path.unlink()
+                there.size -= counted(now.st_size)
 
     def _sync_directory(self) -> None:
         # Where folders cannot be opened, their entries need no such thing.

@@ -9,6 +9,7 @@ from dash import dcc, html
 from dash.development.base_component import Component
 
 from layouts.components import (
+    about,
     box,
     box_field,
     error_line,
@@ -40,6 +41,8 @@ KNOB_SENTENCE = (
     "One knob for the whole filter: it moves along the steady-state Kalman filters, from the smoothest to the most "
     "responsive. Below it stands how much more error variance the present gains cost than the best of them."
 )
+
+CHOOSING = "Around the sample chosen below; a click on a point of a path, or of a plot over time, chooses another."
 
 ORDER_TITLES = [("2", "2  α-β"), ("3", "3  α-β-γ"), ("4", "4  α-β-γ-η")]
 
@@ -106,13 +109,11 @@ def filter_card(page: str) -> Component:
             html.P(id=f"{page}-found", className="formula found"),
             html.Div(
                 [
-                    html.Label(
-                        "Smooth", htmlFor=f"{page}-responsiveness-slider", className="tip",
-                        **{"data-tip": KNOB_SENTENCE},
-                    ),
+                    html.Label("Smooth", htmlFor=f"{page}-responsiveness-slider", className="tip"),
                     slider(page, "responsiveness", "Smooth to responsive, along the optimal filters"),
                     html.Span("Responsive", className="end", **{"aria-hidden": "true"}),
                     html.Div(id=f"{page}-distance", className="hint distance"),
+                    about(page, "responsiveness", KNOB_SENTENCE),
                     error_line(page, "responsiveness"),
                 ],
                 className="knob",
@@ -199,9 +200,7 @@ def target_card(page: str) -> Component:
                 [
                     html.Div(
                         [
-                            html.Label(
-                                "Seed", htmlFor=f"{page}-seed", className="tip", **{"data-tip": FIELDS["seed"].sentence}
-                            ),
+                            html.Label("Seed", htmlFor=f"{page}-seed", className="tip"),
                             html.Div(
                                 [
                                     box(page, "seed", "Seed"),
@@ -210,6 +209,7 @@ def target_card(page: str) -> Component:
                                 ],
                                 className="with-button",
                             ),
+                            about(page, "seed", FIELDS["seed"].sentence),
                             error_line(page, "seed"),
                         ],
                         className="field field-seed",
@@ -300,7 +300,7 @@ def close_up_card(page: str, label: str) -> Component:
         f"{page}-close-up", "Close-up", label,
         [
             html.Span(id=f"{page}-scale", className="hint"),
-            tip("30 samples", "Around the sample chosen below; click on any plot to choose another.", "hint"),
+            tip("30 samples", CHOOSING, "hint"),
         ],
         [sample_cursor(page, "Sample in the close-up")],
     )  # fmt: skip

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from layouts.comparing import PRESENT
-from layouts.pins import Pin, filter_name
+from layouts.pins import Pin, filter_name, pin_of
 from layouts.state import Settings
 from layouts.text import error_text
 from tracker_core import Experiment, InputError, Metrics, Result, run_experiment
@@ -29,6 +29,11 @@ class Candidate:
     name: str
     experiment: Experiment | None
     reason: str = ""
+
+    @property
+    def key(self) -> str:
+        """Which filter it is, whatever it is called; empty where it does not fit."""
+        return "" if self.experiment is None else pin_of(self.slot, self.experiment).text()
 
 
 def candidates(settings: Settings) -> tuple[Candidate, ...]:

@@ -46,8 +46,8 @@ def apply(settings: Settings, actions: Iterable[Action]) -> Outcome:
     notes = []
     for action in actions:
         after, note = ACTIONS[action.name](settings, action)
-        if len(after.pins) >= len(settings.pins) > 0 and len(to_query(after)) > LINK_LIMIT:
-            note = "That was not done: the link would grow beyond 2,000 characters."
+        if len(to_query(after)) > max(LINK_LIMIT, len(to_query(settings))):
+            note = f"That was not done: the link would grow beyond {LINK_LIMIT:,} characters."
         else:
             settings = after
         notes.append(note)

@@ -59,6 +59,7 @@ class Question(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
         pins: the pinned filters, pairs of slot and text.
         pinning: what is done with them.
         drawn: what the page shows: per plot the key that the answer gave it.
+        link: that says what the page shows; None where it shows nothing yet, or a slider moves.
         want: plots and tables that are to be updated; all plots if left out.
         theme: of the plots.
         scene: the token of the page's scene in three dimensions; empty for none.
@@ -70,6 +71,7 @@ class Question(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     pins: Annotated[list[tuple[Slot, Annotated[str, Meta(max_length=TEXT_LENGTH)]]], Meta(max_length=len(SLOTS))] = []
     pinning: Annotated[list[Action], Meta(max_length=100)] = []
     drawn: Annotated[dict[Name, Key], Meta(max_length=20)] = {}
+    link: Annotated[str, Meta(max_length=LINK_LENGTH)] | None = None
     want: Annotated[list[Name], Meta(max_length=20)] | None = None
     theme: Theme = "light"
     scene: Annotated[str, Meta(pattern=rf"^({TOKEN.pattern})?\Z")] = ""
@@ -89,13 +91,23 @@ class Question(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
         # Numba takes half a second to import, and a server that starts has better things to do.
         from tracker_core.kernels.loading import held
 
-        # Of what is pinned every filter may run, and a file may have to be read first.
-        if self.pins or self.pinning or self.controls.get("data"):
+        # Of what is pinned every filter may run, a file may have to be read first, and where an entry is wrong it is
+        # another run that is drawn in another theme.
+        if self.pins or self.pinning or self.controls.get("data") or self.otherwise_drawn():
             return True
         try:
             return float(self.controls.get("samples") or 0) > LONG_RUN or held()
         except (ValueError, OverflowError):
             return False
+
+    def otherwise_drawn(self) -> list[str]:
+        """The plots that the page shows in another theme."""
+        return [name for name, key in self.drawn.items() if key and not key.startswith(theme_key(self.theme))]
+
+
+def theme_key(theme: str) -> str:
+    """How the key of every plot in a theme begins."""
+    return f"{theme}|"
 
 
 def _inexact(name: str, value: int) -> float:

@@ -6,7 +6,7 @@ from functools import lru_cache
 from math import inf, log10
 from typing import Any
 
-from layouts.state import Settings, plane_name, to_query
+from layouts.state import Settings, inputs_of, plane_name, to_query
 from layouts.text import error_text, file_stem, significant
 from tracker_core import DESIGNS, STARTS, Experiment, Gains, InputError, Result
 from tracker_core.adaptive import PARAMETERS as METHOD_PARAMETERS
@@ -60,7 +60,7 @@ def common_report(result: Result, settings: Settings, *, live: bool) -> dict[str
             "distance": distance_text(result),
             "description": f"{result.scenario.description} {result.scenario.source}.",
             "slice": slice_text(result.gains, settings.view.plane),
-            "at-text": f"{cursor + 1:,} of {experiment.samples:,}, {significant(float(result.truth.times[cursor]))} s",
+            "at-text": f"of {experiment.samples:,}, {significant(float(result.truth.times[cursor]))} s",
         },
     }
 
@@ -228,6 +228,7 @@ def offers(experiment: Experiment) -> dict[str, list[str]]:
             and not (scenario.measured and start.name == "known")
         ],
         "plane": [plane_name(plane) for plane in PLANES[experiment.order]],
+        "input": list(inputs_of(experiment.order)),
         "objective": list(STATE_NAMES[: min(experiment.order, scenario.known_states)]),
     }
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dash import dcc, html, page_container, page_registry
 from dash.development.base_component import Component
 
+from server.work import SECONDS
+
 INDEX = """<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -40,8 +42,12 @@ def _link(name: str, path: str) -> Component:
     return dcc.Link(name, href=path, id=f"to-{name.lower()}", className=f"page-link{carries}")
 
 
-def frame() -> Component:
-    """The page of the application, with a place for the present page in it."""
+def frame(answer_seconds: float = SECONDS) -> Component:
+    """The page of the application, with a place for the present page in it.
+
+    Args:
+        answer_seconds: that the server may take for an answer; pages wait for it a little longer.
+    """
     links = [html.Li(_link(page["name"], page["relative_path"])) for page in page_registry.values()]
     return html.Div(
         [
@@ -77,6 +83,7 @@ def frame() -> Component:
                                 **{"aria-label": "Redo"},
                             ),
                             html.Button("Copy link", id="copy-link", type="button", className="quiet"),
+                            html.Span(id="copy-said", role="status", className="visually-hidden"),
                             html.Button(
                                 id="theme-switch",
                                 type="button",
@@ -93,4 +100,5 @@ def frame() -> Component:
             html.Main(page_container, id="main"),
         ],
         className="app",
+        **{"data-answer-seconds": f"{answer_seconds:g}"},
     )

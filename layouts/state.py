@@ -22,7 +22,9 @@ from tracker_core.types import STATE_NAMES
 LINK_LIMIT = 2_000
 EXAGGERATIONS = ("1", "2", "5", "10", "20", "50", "100")
 BACKGROUNDS = ("none", "noise", "lag")
-INPUTS = ("step", "ramp", "parabola")
+INPUTS = ("step", "ramp", "parabola", "cubic", "quartic")
+"""Powers of the time, from none on; a filter has use for those up to its order, at which it lags: see `inputs_of`."""
+
 VIEW_FIELDS = (
     "axis", "quantity", "exaggerate", "at", "plane", "background", "input", "beside", *COMPARING_FIELDS, *TUNING_FIELDS,
 )  # fmt: skip
@@ -44,7 +46,7 @@ class View:
         at: index of the sample at the middle of the close-up; None for the middle of the run.
         plane: the two gains that the stability map is drawn over, of PLANES of the order.
         background: what the map shows behind the region, one of BACKGROUNDS.
-        input: what the time responses answer to, one of INPUTS.
+        input: what the time responses answer to, of INPUTS up to the order.
         beside: whether the causal counterpart of a method that looks in hindsight is shown beside it.
         comparing: what filters are compared by.
         tuning: what is tuned, and what for.
@@ -206,7 +208,7 @@ def read_view(values: Mapping[str, Any], experiment: Experiment) -> tuple[View, 
         "at": lambda value: int(Domain(1, experiment.samples, whole=True).check("at", value)) - 1,
         "plane": lambda value: planes[check_choice("plane", value, planes)],
         "background": lambda value: check_choice("background", value, BACKGROUNDS),
-        "input": lambda value: check_choice("input", value, INPUTS),
+        "input": lambda value: check_choice("input", value, inputs_of(experiment.order)),
         "beside": lambda value: check_choice("beside", value, SWITCH) == SWITCH[True],
     }
     read, errors = read_entries(readers, values)
@@ -214,6 +216,11 @@ def read_view(values: Mapping[str, Any], experiment: Experiment) -> tuple[View, 
     tuning, wrong_tuning = read_tuning(values)
     view = View(**read, comparing=comparing.fitted(experiment), tuning=tuning.fitted(experiment))
     return view, errors + wrong + wrong_tuning
+
+
+def inputs_of(order: int) -> tuple[str, ...]:
+    """What the time responses of a filter may answer to."""
+    return INPUTS[: order + 1]
 
 
 def read_limits(values: Mapping[str, Any]) -> tuple[Limits, list[InputError]]:

@@ -1,4 +1,4 @@
-"""Studies on the server: at most two at a time, the others in turn; progress and partial results over a socket.
+"""Studies on the server: a few at a time, the others in turn; progress and partial results over a socket.
 
 A page asks with its link, as often as it likes: a question about the study that is running goes on with it, another
 one ends it, and so does a page that goes away. Nothing is kept but the last few outcomes: the same link gives the same
@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections import OrderedDict, deque
+from collections import OrderedDict
 from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -21,12 +22,20 @@ from fastapi import FastAPI, WebSocket
 from layouts.asked import Asked, Content, Study, refused
 from layouts.questions import StudyQuestion, read_study_question
 from server.apart import Apart
+from server.clients import CLIENT
+from server.limits import share
+from server.line import Line
+from server.metrics import computing
 from server.sockets import listen
+from server.work import NoAnswerError, Work
 from tracker_core import InputError
 from tracker_core.tuning import Progress
 
-AT_ONCE = 2
-"""Studies that are computed at a time."""
+AT_ONCE = 3
+"""Studies that are computed at a time, two of one client: one may take an hour, and others are not to wait for that."""
+
+BESIDE = 2
+"""Threads in which studies are begun and shown: files are read there, and what a page gets is drawn."""
 
 STEP = 0.25
 """Seconds between two partial results."""
@@ -52,18 +61,23 @@ class Studies:
     """The studies of all pages.
 
     Args:
+        work: under whose limits they are begun and shown.
         executor: where their parts are computed; None for this machine's threads.
         minutes: after which a study ends with what it has come to.
-        waiting: studies that may wait for their turn.
+        waiting: studies that may wait for their turn; half of them one client's.
+
+    Attributes:
+        work: threads in which they are begun and shown.
     """
 
-    def __init__(self, executor: Executor | None = None, *, minutes: float = MINUTES, waiting: int = WAITING) -> None:
+    def __init__(
+        self, work: Work, executor: Executor | None = None, *, minutes: float = MINUTES, waiting: int = WAITING
+    ) -> None:
+        self.work = work.beside("study page", BESIDE)
         self._executor = executor
         self._minutes = minutes
-        self._waiting = waiting
         self._drivers = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="studies")
-        self._line: deque[Asked] = deque()
-        self._running = 0
+        self._line: Line[Asked] = Line(AT_ONCE, share(AT_ONCE), waiting)
         self._ended = False
         self._outcomes: OrderedDict[Study, Progress[Any]] = OrderedDict()
 
@@ -106,42 +120,40 @@ class Studies:
 
     def load(self) -> tuple[int, int]:
         """Studies that run, and that wait for their turn."""
-        return self._running, len(self._line)
+        return self._line.taken, len(self._line)
 
     def processes(self) -> int:
         """Processes of this machine that studies are computed by, beside the server."""
         return int(isinstance(self._executor, Apart) and self._executor.running())
 
     def enter(self, asked: Asked) -> None:
-        """Run it now or put it at the end of the line, if that is not too long already."""
-        if len(self._line) >= self._waiting:
+        """Run it now or put it in the line, if that is not too long already."""
+        if not self._line.enter(asked.client, asked):
             asked.stopped.set()
             asked.tell({"seq": asked.view[0], "state": "waiting"})
             return
-        self._line.append(asked)
         self._call()
 
     def leave(self, asked: Asked) -> None:
         """Take it out of the line, or end it within a part of its work."""
         asked.stopped.set()
-        if asked in self._line:
-            self._line.remove(asked)
+        if self._line.remove(asked):
             self._call()
 
     def _call(self) -> None:
         """Whose turn it is begins, the others are told their places."""
-        while self._line and self._running < AT_ONCE:
-            self._running += 1
-            asked = self._line.popleft()
+        while (asked := self._line.next()) is not None:
             future = asyncio.get_running_loop().run_in_executor(self._drivers, self._drive, asked)
-            future.add_done_callback(lambda _: self._finish())
+            future.add_done_callback(partial(self._finish, asked.client))
         for place, asked in enumerate(self._line, start=1):
             asked.tell({"seq": asked.view[0], "state": "queued", "place": place})
 
-    def _finish(self) -> None:
-        self._running -= 1
+    def _finish(self, client: str, driven: asyncio.Future[None]) -> None:
+        del driven
+        self._line.leave(client)
         self._call()
 
+    @computing("study")
     def _drive(self, asked: Asked) -> None:
         """In a thread: take one part after the other until it is done or nobody wants it any more."""
         try:
@@ -218,19 +230,22 @@ class _Page:
             self._say({"seq": seq, "state": "stopped"})
             return
         try:
-            study, content = await asyncio.to_thread(self._begin, question)
+            study, content = await self._studies.work.run(self._begin, question)
+            await (self._look if question.look else self._go_on)(seq, study, content)
         except InputError as error:
             self.stop()
             self._say({"seq": seq, **refused(error)})
-            return
-        if question.look:
-            await self._look(seq, study, content)
-            return
+        except NoAnswerError:
+            self.stop()
+            self._say({"seq": seq, "state": "waiting"})
+
+    async def _go_on(self, seq: Any, study: Study, content: Content) -> None:
+        """Show what runs or is known of a study, or have it run."""
         present = self._asked
         if present is not None and present.study == study and not present.stopped.is_set():
             present.view = (seq, content)
             last = present.last
-            message = None if last is None else await asyncio.to_thread(present.shown, *last)
+            message = None if last is None else await self._studies.work.run(present.shown, *last)
             if not present.stopped.is_set():
                 # What has come meanwhile is newer.
                 if message is not None and present.last is last:
@@ -241,11 +256,11 @@ class _Page:
         self.stop()
         self._left = None
         known = self._studies.outcome(study)
-        asked = Asked(study, (seq, content), self._say, asyncio.get_running_loop())
+        asked = Asked(study, (seq, content), self._say, asyncio.get_running_loop(), CLIENT.get())
         self._asked = asked
         if known is not None:
             asked.stopped.set()
-            self._say(await asyncio.to_thread(asked.shown, known, 0.0))
+            self._say(await self._studies.work.run(asked.shown, known, 0.0))
         else:
             self._studies.enter(asked)
 
@@ -254,7 +269,7 @@ class _Page:
         ended, message = self._left or self._asked, {"seq": seq, "state": "stopped"}
         if ended is not None and ended.stopped.is_set() and ended.study == study and ended.last is not None:
             ended.view = (seq, content)
-            message = await asyncio.to_thread(ended.shown, *ended.last) | message
+            message = await self._studies.work.run(ended.shown, *ended.last) | message
         self._say(message)
 
     def stop(self) -> None:

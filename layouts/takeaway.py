@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import csv
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Coroutine, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AsyncExitStack
 from dataclasses import dataclass
 from functools import partial
-from typing import IO, Any, TextIO
+from pathlib import Path
+from typing import IO, Any, TextIO, cast
 
 from fastapi import FastAPI, Request, Response
-from fastapi.responses import StreamingResponse
 from starlette.requests import ClientDisconnect
-from starlette.types import Message, Receive, Scope, Send
 
-from layouts.pipe import STALLED, Pipe, piped
+from layouts.incoming import MEGABYTE
+from layouts.outgoing import FullError, Outgoing, Sent
 from layouts.text import file_stem
 from layouts.uploads import attachment, refusal
-from server.metrics import computing, watch
+from server.clients import CLIENT
+from server.limits import Places, share
+from server.metrics import watch
+from server.work import NoAnswerError, Work
 from tracker_core import Experiment, InputError, Result, run_experiment
 from tracker_core.checks import check_choice
 from tracker_core.experiment import read_experiment
@@ -39,10 +42,10 @@ from tracker_core.measured import recorded
 from tracker_core.recordings import KINDS
 
 AT_ONCE = 2
-"""Exports that are made at a time; the others wait."""
+"""Exports that are made at a time, and read from the disk; the others wait."""
 
-MOST_WAITING = 32
-"""Exports that have been asked for and have not ended, those that are being sent among them."""
+MOST_BYTES = 512 * MEGABYTE
+"""Room for exports that are made or sent, half of it for one client; the largest takes 125 MB."""
 
 LOOKED_AFTER = 1.0
 """Seconds after which it is looked whether somebody still waits."""
@@ -64,10 +67,20 @@ class Export:
     media: str
     write: Callable[[Result, IO[bytes], str], None]
 
-    def written(self, experiment: Experiment, link: str, stream: IO[bytes]) -> None:
-        """Run an experiment and write it to a stream; the link is what others find it by."""
-        with computing("export"):
-            self.write(run_experiment(experiment), stream, link)
+    def made(self, query: Mapping[str, str], link: str, stream: IO[bytes]) -> str:
+        """Run what a link says and write it to a stream; what the file is called.
+
+        Args:
+            query: of the link.
+            link: the same as a text, by which others find it.
+            stream: it is written to.
+
+        Raises:
+            InputError: where it cannot be run.
+        """
+        experiment = experiment_of(query)
+        self.write(run_experiment(experiment), stream, link)
+        return self.named(file_stem(experiment.target.title))
 
     def named(self, stem: str) -> str:
         """What the file is called."""
@@ -124,34 +137,47 @@ EXPORTS: dict[str, Export] = {
 }
 
 
-def attach(server: FastAPI) -> None:
+def attach(server: FastAPI, work: Work, folder: Path | None = None) -> None:
     """Serve `GET /export/{name}?<link>` for every name in EXPORTS, and all of it as `GET /export.zip?<link>`.
 
     What cannot be run is answered with `{field, rule, received, message}`.
+
+    Args:
+        server: the application.
+        work: under whose limits they are made.
+        folder: on whose disk they lie while they are made and sent; None for where the system has such files.
     """
-    # Links are read by threads of their own: reading a long recording must not hold up what else needs a thread.
-    readers = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="links")
-    makers = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="exports")
+    makers = work.beside("export", AT_ONCE)
+    readers = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="exported")
+    room = Places(MOST_BYTES, share(MOST_BYTES))
     under_way: set[Request] = set()
     watch("gainscope_exports", "Exports that were asked for and have not ended.", lambda: len(under_way))
 
     async def give(request: Request, name: str) -> Response:
-        if len(under_way) >= MOST_WAITING:
-            return refusal(InputError("export", f"must wait: {MOST_WAITING} others do", name), 503)
-        with contextlib.ExitStack() as ending:
+        loop = asyncio.get_running_loop()
+        async with AsyncExitStack() as ending:
             under_way.add(request)
             ending.callback(under_way.discard, request)
+            outgoing = Outgoing(room, CLIENT.get(), folder)
+            # It may be large, and a disk takes its time to let go of it.
+            ending.push_async_callback(loop.run_in_executor, readers, outgoing.close)
             try:
                 export = EXPORTS[check_choice("export", name, EXPORTS)]
                 query = dict(request.query_params)
-                experiment = await asyncio.get_running_loop().run_in_executor(readers, experiment_of, query)
-                pipe = piped(makers, partial(export.written, experiment, request.url.query))
-                ending.callback(pipe.leave)
-                await _opened(pipe, request)
+                make = partial(export.made, query, request.url.query, cast(IO[bytes], outgoing))
+                title = await _made(makers.run(make), request)
+                stream = await loop.run_in_executor(readers, outgoing.begin)
             except InputError as error:
                 return refusal(error, 404 if error.field == "export" else 422)
-            title = export.named(file_stem(experiment.target.title))
-            return _Given(pipe, ending.pop_all().close, media_type=export.media, headers=attachment(title))
+            except NoAnswerError as error:
+                return error.response()
+            except FullError:
+                return refusal(InputError("export", "must wait until others have been taken", name), 503)
+            except OSError as error:
+                rule = "could not be written by this server"
+                return refusal(InputError("export", rule, error.strerror or type(error).__name__), 507)
+            headers = attachment(title)
+            return Sent(stream, outgoing.size, readers, ending.pop_all(), headers=headers, media_type=export.media)
 
     @server.get("/export.zip")
     async def everything(request: Request) -> Response:
@@ -162,42 +188,20 @@ def attach(server: FastAPI) -> None:
         return await give(request, name)
 
 
-async def _opened(pipe: Pipe, request: Request) -> None:
-    """Wait until there is something to send, as long as somebody waits for it.
+async def _made(making: Coroutine[Any, Any, str], request: Request) -> str:
+    """What making gives, as long as somebody waits for it.
 
     Raises:
         ClientDisconnect: once nobody does.
     """
-    first = asyncio.ensure_future(pipe.opened())
+    made = asyncio.ensure_future(making)
     try:
-        while not (await asyncio.wait({first}, timeout=LOOKED_AFTER))[0]:
+        while not (await asyncio.wait({made}, timeout=LOOKED_AFTER))[0]:
             if await request.is_disconnected():
                 raise ClientDisconnect
-        await first
+        return await made
     finally:
-        first.cancel()
-
-
-class _Given(StreamingResponse):
-    """A file that is sent as it is written; in the end, whichever it is, its place is free again."""
-
-    def __init__(self, pipe: Pipe, leave: Callable[[], None], **more: Any) -> None:
-        super().__init__(pipe, **more)
-        self._leave = leave
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        async def sent(message: Message) -> None:
-            try:
-                async with asyncio.timeout(STALLED):
-                    await send(message)
-            except TimeoutError:
-                # A client that stays and takes nothing has left as well.
-                raise ClientDisconnect from None
-
-        try:
-            await super().__call__(scope, receive, sent)
-        finally:
-            self._leave()
+        made.cancel()
 
 
 def experiment_of(query: Mapping[str, str]) -> Experiment:

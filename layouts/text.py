@@ -23,6 +23,7 @@ RAREST = 1e-4
 """Probabilities that are told to be less than this when they are."""
 
 LABELS = {
+    "at": "The sample",
     "limit_noise": "Greatest noise gain",
     "limit_lag": "Greatest lag",
     "limit_overshoot": "Greatest overshoot",

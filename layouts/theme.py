@@ -22,6 +22,10 @@ LINES: dict[str, dict[str, Any]] = {
 """How each kind of line is drawn, the same on every plot; observed is never joined."""
 
 
+SCORES = {"tracking": "predicted", "estimation": "smoothed", "innovation": "predicted"}
+"""Whose colour an error has: an innovation is what the prediction misses the measurement by."""
+
+
 PIN_LOOKS: dict[int, tuple[str, str]] = {
     1: ("9px 3px", "circle"),
     2: ("2px 2px", "square"),

@@ -5,9 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import io
+import math
 import re
-from collections.abc import AsyncIterator, Iterator
+import time
+from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar, TypeVarTuple
 from urllib.parse import quote
 
 from fastapi import FastAPI, Request, Response
@@ -15,10 +18,14 @@ from fastapi.responses import JSONResponse
 from prometheus_client import Counter
 from starlette.requests import ClientDisconnect
 
-from layouts.files import NoRoomError, Store
+from layouts.files import DAY, NoRoomError, Store, counted
 from layouts.incoming import MEGABYTE, Incoming, too_large
+from layouts.outgoing import Sent
 from layouts.text import error_text
-from server.metrics import REGISTRY, computing, watch
+from server.clients import CLIENT
+from server.limits import Buckets, Rate, share
+from server.line import Door
+from server.metrics import REFUSALS, REGISTRY, computing, watch
 from server.problem import problem
 from tracker_core.checks import InputError, check_choice
 from tracker_core.measured import SHELF, File, clean_name, fetch, proposed
@@ -29,11 +36,26 @@ WAY_IN = ("PUT", "/recordings")
 
 MOST_BYTES = 10 * MEGABYTE
 
-AT_ONCE = 16
-"""Files that may be on their way in."""
+A = TypeVarTuple("A")
+T = TypeVar("T")
 
-LOOKED_AT = 2
-"""Files that are looked at at a time."""
+AT_ONCE, OUT_AT_ONCE = 16, 8
+"""Files that may be on their way in, and out, half of them one client's: each may be in memory as a whole."""
+
+WAITING = 200
+"""Who may wait to send one, and to get one, half of them one client's: a whole class may do so at once."""
+
+PATIENCE = 30.0
+"""Seconds that anybody waits for that."""
+
+LOOKED_AT, READ_AT = 2, 4
+"""Files that are looked at at a time, and pieces of files that are read or written."""
+
+AGAIN = 5
+"""Seconds after which to try again where nobody can say when there will be room."""
+
+REASONS = {408: "slow", 413: "body", 429: "kept", 503: "busy", 507: "full"}
+"""What a refusal is counted as, by its status."""
 
 DEADLINE = 300.0
 """Seconds that a file may be on its way."""
@@ -41,7 +63,12 @@ DEADLINE = 300.0
 DRAINED = 8
 """So many times the bound is still read of what is too much, so that who sends it hears why it is refused."""
 
+SEEN_AFTER = 60.0
+"""Seconds after which a figure of what is kept is old."""
+
 KEEP = ("store", "browser")
+
+BYTES = "application/octet-stream"
 
 POSITIONS = ("number", "pair")
 """Kinds of columns that a position may be read from."""
@@ -65,11 +92,23 @@ class Uploads:
         self._problem = "it was told to keep nothing" if store is None else store.problem
         self._most = most_bytes
         self._looking = ThreadPoolExecutor(LOOKED_AT, thread_name_prefix="recordings")
-        self._coming = 0
-        watch("gainscope_recordings_coming", "Recordings that are on their way in.", lambda: self._coming)
+        # Where a disk hangs, nobody does who needs none.
+        self._disk = ThreadPoolExecutor(READ_AT, thread_name_prefix="disk")
+        self._in, self._out = Door(AT_ONCE, WAITING, PATIENCE), Door(OUT_AT_ONCE, WAITING, PATIENCE)
+        watch("gainscope_recordings_coming", "Recordings that are on their way in.", lambda: self._in.inside)
         kept = self._store
+        self._of_one = share(0 if kept is None else kept.most_bytes)
+        self._given = Buckets(Rate(self._of_one / DAY, self._of_one))
+        self._seen_at = time.monotonic()
         if kept is not None:
-            watch("gainscope_recordings_kept_bytes", "Size of all recordings that are kept.", kept.size)
+            watch("gainscope_recordings_kept_bytes", "Size of all recordings that are kept.", lambda: self._size(kept))
+
+    def _size(self, kept: Store) -> int:
+        """Of all that is kept, as far as it is known; what other servers do is found out by a thread."""
+        if time.monotonic() - self._seen_at > SEEN_AFTER:
+            self._seen_at = time.monotonic()
+            self._disk.submit(kept.look)
+        return kept.size
 
     def attach(self, server: FastAPI) -> None:
         """Serve the ways in and out.
@@ -95,23 +134,29 @@ class Uploads:
 
         @server.api_route("/recordings/{data}", methods=["GET", "HEAD"])
         async def get(data: str) -> Response:
-            try:
-                file = await asyncio.to_thread(fetch, data)
-            except InputError as error:
-                return refusal(error, 404)
-            return Response(file.content, headers=attachment(file.name), media_type="application/octet-stream")
+            async with contextlib.AsyncExitStack() as ending:
+                if not await ending.enter_async_context(self._out.passed()):
+                    return _crowded("out", data)
+                try:
+                    file = await self._by_disk(fetch, data)
+                except InputError as error:
+                    return refusal(error, 404)
+                stream, size, headers = io.BytesIO(file.content), len(file.content), attachment(file.name)
+                return Sent(stream, size, self._disk, ending.pop_all(), headers=headers, media_type=BYTES)
+
+    async def _by_disk(self, work: Callable[[*A], T], *arguments: *A) -> T:
+        """What is given by work that may have to wait for the disk."""
+        return await asyncio.get_running_loop().run_in_executor(self._disk, work, *arguments)
 
     async def _put(self, request: Request, name: str, keep: str) -> Response:
-        if self._coming >= AT_ONCE:
-            return refusal(InputError("file", f"must wait: {AT_ONCE} files are on their way in", name), 503)
-        self._coming += 1
-        try:
-            async with asyncio.timeout(DEADLINE):
-                return await self._received(request, name, keep)
-        except TimeoutError:
-            return refusal(InputError("file", f"must come within {DEADLINE:g} s", name), 408)
-        finally:
-            self._coming -= 1
+        async with self._in.passed() as there:
+            if not there:
+                return _crowded("in", name)
+            try:
+                async with asyncio.timeout(DEADLINE):
+                    return await self._received(request, name, keep)
+            except TimeoutError:
+                return refusal(InputError("file", f"must come within {DEADLINE:g} s", name), 408)
 
     async def _received(self, request: Request, name: str, keep: str) -> Response:
         chunks = request.stream()
@@ -121,6 +166,11 @@ class Uploads:
         except InputError as error:
             await self._drain(chunks)
             return refusal(error, 413 if error.field == "file" else 422)
+        wait = 0.0 if wanted is None else self._given.wait(CLIENT.get(), time.monotonic())
+        if wait:
+            most = f"{self._of_one / MEGABYTE:g} MB a day"
+            rule = f"must wait, or be kept in this browser only: of one address at most {most} are kept here"
+            return refusal(InputError("file", rule, name), 429, wait)
         try:
             with self._place(wanted, name) as incoming:
                 return await self._take_in(chunks, wanted, incoming, name)
@@ -142,26 +192,29 @@ class Uploads:
     ) -> Response:
         try:
             async for chunk in chunks:
-                await asyncio.to_thread(incoming.write, chunk)
+                await self._by_disk(incoming.write, chunk)
         except InputError as error:
             await self._drain(chunks)
             return refusal(error, 413)
         try:
             loop = asyncio.get_running_loop()
-            file = await loop.run_in_executor(self._looking, self._keep, incoming, store, name)
+            file, is_new = await loop.run_in_executor(self._looking, self._keep, incoming, store, name)
         except NoRoomError as error:
             return refusal(error, 507)
         except InputError as error:
             return refusal(error, 422)
         kept = "memory" if store is None else "store"
+        if is_new:
+            self._given.draw(CLIENT.get(), time.monotonic(), counted(incoming.size))
         RECEIVED.inc(len(file.content))
         return JSONResponse({"data": file.data, "name": file.name, "bytes": len(file.content), "kept": kept})
 
     @computing("recording")
-    def _keep(self, incoming: Incoming, store: Store | None, name: str) -> File:
-        """Look at a file that has come, and keep it if it is a table."""
+    def _keep(self, incoming: Incoming, store: Store | None, name: str) -> tuple[File, bool]:
+        """Look at a file that has come, and keep it if it is a table; whether the store has it since then."""
         content = incoming.content()
         _check_table(content)
+        is_new = store is not None and not store.has(incoming.data)
         if store is not None:
             file = store.keep(incoming)
         else:
@@ -170,7 +223,7 @@ class Uploads:
         # The page asks for it at once, and a large one takes seconds: here nobody waits for anything else.
         with contextlib.suppress(InputError):
             proposed(file.data)
-        return file
+        return file, is_new
 
     def _check_length(self, request: Request) -> None:
         length = request.headers.get("content-length", "")
@@ -198,9 +251,24 @@ def _check_table(content: bytes) -> None:
         raise InputError("file", "must be a table with a column of numbers", found)
 
 
-def refusal(error: InputError, status: int) -> JSONResponse:
-    """What is answered to what cannot be taken."""
-    return problem(error, status, error_text(error), {"Connection": "close"} if status in (408, 413) else None)
+def _crowded(way: str, name: str) -> JSONResponse:
+    return refusal(InputError("file", f"must wait: as many as may be are on their way {way}", name), 503)
+
+
+def refusal(error: InputError, status: int, again: float = AGAIN) -> JSONResponse:
+    """What is answered to what cannot be taken or given; where that is nobody's mistake, it is counted.
+
+    Args:
+        error: what is wrong with what.
+        status: of HTTP.
+        again: seconds after which to try again, where waiting helps.
+    """
+    headers = {"Connection": "close"} if status in (408, 413) else {}
+    if status in (429, 503):
+        headers["Retry-After"] = str(math.ceil(again))
+    if status in REASONS:
+        REFUSALS.labels(REASONS[status]).inc()
+    return problem(error, status, error_text(error), headers)
 
 
 def attachment(name: str) -> dict[str, str]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from layouts.theme import hollow, line
-from tracker_core.types import FloatArray
+from tracker_core.types import FloatArray, IntArray
 
 Figure = dict[str, Any]
 Path = tuple[str | int, ...]
@@ -31,11 +31,14 @@ class Packed(dict[str, str]):
     """An array as plotly's typed array, with the numbers themselves for who does not need them as text."""
 
     __slots__ = ("numbers",)
-    numbers: FloatArray
+    numbers: FloatArray | IntArray
 
 
-def packed(values: FloatArray, dtype: str = "f4") -> Packed:
-    """An array as plotly's typed array: 32-bit floats, or 64-bit ones ("f8") where metres count on a long way."""
+def packed(values: FloatArray | IntArray, dtype: str = "f4") -> Packed:
+    """An array as plotly's typed array: 32-bit floats, or 64-bit ones ("f8") where metres count on a long way.
+
+    Numbers of samples are whole ("i4").
+    """
     numbers = np.asarray(values, dtype=dtype)
     array = Packed(dtype=dtype, bdata=base64.b64encode(numbers.tobytes()).decode("ascii"))
     array.numbers = numbers
@@ -98,6 +101,11 @@ def moving(figure: Figure, paths: Iterable[Path]) -> list[tuple[Path, Any]]:
 def xy(*indices: int) -> tuple[Path, ...]:
     """Paths to the coordinates of some traces."""
     return tuple(("data", index, axis) for index in indices for axis in ("x", "y"))
+
+
+def chosen(*indices: int) -> tuple[Path, ...]:
+    """Paths to the coordinates of some traces that show only some samples, and to which ones these are."""
+    return (*xy(*indices), *(("data", index, "customdata") for index in indices))
 
 
 def moving_traces(paths: Iterable[Path]) -> list[int]:

@@ -3,11 +3,23 @@
 from __future__ import annotations
 
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from layouts.figures.common import META, Figure, clipped, drawn, packed, padded_range, round_up, thinned, trace, xy
+from layouts.figures.common import (
+    META,
+    Figure,
+    chosen,
+    clipped,
+    drawn,
+    packed,
+    padded_range,
+    round_up,
+    thinned,
+    trace,
+    xy,
+)
 from layouts.figures.error import running_rms, visible, window
 from layouts.figures.track import axes_of, close_up_rows, plane_of, positions, reach, refused, whereabouts
 from layouts.pinned import pinned_runs
@@ -15,13 +27,13 @@ from layouts.shown import Shown, seen_key, target_key
 from layouts.theme import hollow, layout, pin_line, pin_marker, tokens
 from tracker_core import CONVENTIONS, Result
 from tracker_core.fields import FIELDS
-from tracker_core.metrics import distances
-from tracker_core.types import GAIN_NAMES, FloatArray
+from tracker_core.metrics import METRICS, distances
+from tracker_core.types import GAIN_NAMES, FloatArray, IntArray
 
-PATH_MOVING = (META, *xy(2, 3, 4))
-CLOSE_UP_MOVING = (META, *xy(2, 3, 4))
+PATH_MOVING = (META, *xy(2, 3), *chosen(4))
+CLOSE_UP_MOVING = (META, *xy(2, 3), *chosen(4))
 ERROR_MOVING = (META, *xy(1, 2), ("layout", "yaxis", "range"))
-GAINS_MOVING = (META, *xy(0, 1, 2, 3), *(("layout", f"yaxis{number}", "range") for number in ("", 2, 3, 4)))
+GAINS_MOVING = (META, *chosen(0, 1, 2, 3), *(("layout", f"yaxis{number}", "range") for number in ("", 2, 3, 4)))
 
 ERROR_TITLES = {
     "tracking": "predicted to true (m)",
@@ -29,7 +41,7 @@ ERROR_TITLES = {
     "innovation": "measured to predicted (m)",
 }
 LEVELS = 12
-"""Points of the line of a constant gain, so that it bears markers."""
+"""Points of the line of a constant gain at most, so that it bears markers."""
 
 LEAST = 1e-12
 """What is less than this is drawn as nothing."""
@@ -175,7 +187,7 @@ def error_overlay(shown: Shown) -> Figure:
         {
             "type": "scatter", "mode": "lines", "x": [float(times[0]), float(times[-1])], "y": [level, level],
             "line": {"color": t["observed"], "width": 2, "dash": "dot"},
-            "name": "Raw RMSE" if known else "σ, assumed", "hoverinfo": "skip",
+            "name": METRICS["observation_rmse"].title if known else "σ, assumed", "hoverinfo": "skip",
             "visible": kind != "innovation" or not known,
         },
         _present(times[rows], visible(present, top), theme),
@@ -208,34 +220,57 @@ def error_top(level: float, curves: list[FloatArray]) -> float:
     return round_up(wanted) if wanted > LEAST else 1.0
 
 
-def gain_lines(shown: Shown, result: Result) -> tuple[FloatArray, FloatArray]:
-    """The gains of a run over time: times (points,) and gains (points, order), in the present convention."""
+class GainLines(NamedTuple):
+    """The gains of a run over time.
+
+    Attributes:
+        times: of the points, s, shape (points,).
+        gains: in the present convention, shape (points, order).
+        samples: which ones the points are, shape (points,); None where they follow from the plot's own steps.
+    """
+
+    times: FloatArray
+    gains: FloatArray
+    samples: IntArray | None
+
+    def line(self, index: int) -> dict[str, Any]:
+        """What is drawn of one gain, and where; nothing of one that the filter has not."""
+        used = index < self.gains.shape[1]
+        y = self.gains[:, index] if used else np.full_like(self.times, np.nan)
+        samples = None if self.samples is None else packed(self.samples, "i4")
+        return {"x": self.times, "y": y, "customdata": samples}
+
+
+def gain_lines(shown: Shown, result: Result) -> GainLines:
+    """The gains of a run: a constant one at a few samples, evenly spread over the time."""
     order, times = result.experiment.order, result.truth.times
     factors = np.array(CONVENTIONS[shown.settings.experiment.convention].factors)[:order]
     if result.selection is None:
         constant = result.experiment.gains().vector / factors
-        return np.linspace(times[0], times[-1], LEVELS), np.tile(constant, (LEVELS, 1))
+        samples = np.unique(np.searchsorted(times, np.linspace(times[0], times[-1], LEVELS)))
+        return GainLines(times[samples], np.tile(constant, (len(samples), 1)), samples)
     rows = drawn(len(times))
-    return times[rows], result.selection.gains[rows, shown.view.axis] / factors
+    return GainLines(times[rows], result.selection.gains[rows, shown.view.axis] / factors, None)
 
 
 def gains_overlay(shown: Shown) -> Figure:
     """Every gain of every filter, one row per gain: constant ones are horizontal lines."""
     theme, times = shown.theme, shown.result.truth.times
     present = gain_lines(shown, shown.result)
-    runs = [(slot, name, *gain_lines(shown, run)) for slot, name, run in _runs(shown)]
-    rows = max(gains.shape[1] for _, gains in (present, *(run[2:] for run in runs)))
-    data = []
-    for index in range(len(GAIN_NAMES)):
-        used = index < present[1].shape[1]
-        y = present[1][:, index] if used else np.full_like(present[0], np.nan)
-        data.append(_present(present[0], y, theme, showlegend=False, **_row(index, rows)))
-    for slot, name, x, gains in runs:
-        data += [overlay(slot, name, x, gains[:, i], theme, **_row(i, rows)) for i in range(gains.shape[1])]
+    runs = [(slot, name, gain_lines(shown, run)) for slot, name, run in _runs(shown)]
+    every_gain = [lines.gains for lines in (present, *(lines for _, _, lines in runs))]
+    rows = max(gains.shape[1] for gains in every_gain)
+    data = [
+        _present(theme=theme, showlegend=False, **present.line(index), **_row(index, rows))
+        for index in range(len(GAIN_NAMES))
+    ]
+    for slot, name, lines in runs:
+        of_slot = range(lines.gains.shape[1])
+        data += [overlay(slot, name, theme=theme, **lines.line(i), **_row(i, rows)) for i in of_slot]
     every = drawn(len(times)).step
     axes = {}
     for index, name in enumerate(GAIN_NAMES):
-        values = [gains[:, index] for _, gains in (present, *(run[2:] for run in runs)) if index < gains.shape[1]]
+        values = [gains[:, index] for gains in every_gain if index < gains.shape[1]]
         axes[f"yaxis{index + 1 if index else ''}"] = {
             "title": {"text": FIELDS[name].symbol},
             "range": _gain_range(np.concatenate([np.zeros(1), *values])),

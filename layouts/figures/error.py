@@ -6,15 +6,15 @@ from math import floor, log10
 
 import numpy as np
 
-from layouts.figures.common import META, Figure, drawn, grain, grained, padded_range, trace, xy
+from layouts.figures.common import META, Figure, chosen, drawn, grain, grained, padded_range, trace, xy
 from layouts.figures.track import refused
 from layouts.shown import Shown, beside_key, seen_key, target_key
 from layouts.theme import layout, tokens
 from tracker_core import Result
-from tracker_core.metrics import distances
+from tracker_core.metrics import METRICS, distances
 from tracker_core.types import FloatArray
 
-MOVING = (META, *xy(0, 1, 2, 3, 5, 6, 7), ("layout", "yaxis", "range"))
+MOVING = (META, *xy(0, 1, 2, 3, 5, 6), *chosen(7), ("layout", "yaxis", "range"))
 SHORT_RUN = 80
 """Runs of up to so many samples are shown sample by sample, longer ones as a running RMS as well."""
 
@@ -54,7 +54,7 @@ def error_figure(shown: Shown) -> Figure:
         {
             "type": "scatter", "mode": "lines", "x": [float(times[0]), float(times[-1])], "y": [level, level],
             "line": {"color": tokens(theme)["observed"], "width": 2, "dash": "dot"},
-            "name": "Raw RMSE" if known else "σ, assumed", "hoverinfo": "skip",
+            "name": METRICS["observation_rmse"].title if known else "σ, assumed", "hoverinfo": "skip",
         },
         {
             "type": "scatter", "mode": "lines", "x": [cursor, cursor], "y": [0, 100 * top],

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from layouts.figures.common import META, Figure, drawn, packed, padded_range, xy
+from layouts.figures.common import META, Figure, chosen, drawn, packed, padded_range, xy
 from layouts.figures.track import PATH_MOVING, path_figure, refused
 from layouts.shown import Shown, seen_key, target_key
-from layouts.theme import layout, tokens
+from layouts.theme import SCORES, layout, tokens
 from tracker_core.measured import recorded
 from tracker_core.metrics import distances
 from tracker_core.recordings import Recorded
@@ -20,7 +20,7 @@ GAP = 1.5
 
 MARKED_PATH_MOVING = PATH_MOVING
 INTERVALS_MOVING = (META,)
-INNOVATION_MOVING = (META, *xy(0, 1), ("layout", "yaxis", "range"))
+INNOVATION_MOVING = (META, *xy(0), *chosen(1), ("layout", "yaxis", "range"))
 
 
 def recording_of(shown: Shown) -> Recorded | None:
@@ -39,8 +39,8 @@ def marked_path_figure(shown: Shown) -> Figure:
 
 
 def _held(shown: Shown) -> dict[str, Any]:
-    """Where the sensor repeated itself: at the position that it repeats."""
-    found, x, y = recording_of(shown), np.empty(0), np.empty(0)
+    """Where the sensor repeated itself: at the position that it repeats; each bears its sample."""
+    found, x, y, places = recording_of(shown), np.empty(0), np.empty(0), np.empty(0, dtype=np.int64)
     if found is not None:
         places = np.flatnonzero(found.held[: shown.result.experiment.samples])
         places = places[drawn(len(places))]
@@ -48,6 +48,7 @@ def _held(shown: Shown) -> dict[str, Any]:
         x, y = (found.times[places], there[:, 0]) if len(found.axes) == 1 else (there[:, 0], there[:, 1])
     return {
         "type": "scatter", "mode": "markers", "x": packed(x, "f8"), "y": packed(y, "f8"), "name": "Held",
+        "customdata": packed(places, "i4"),
         "marker": {"symbol": "diamond-open", "size": 8, "color": tokens(shown.theme)["counterpart"]},
         "showlegend": bool(len(x)),
     }  # fmt: skip
@@ -109,7 +110,7 @@ def innovation_figure(shown: Shown) -> Figure:
         {
             "type": "scatter", "mode": "markers", "x": packed(times[rows], "f8"),
             "y": packed(np.where(far <= 1e4 * top, far, np.nan)[rows]),
-            "marker": {"size": 4, "color": t["predicted"]}, "name": "Innovation",
+            "marker": {"size": 4, "color": t[SCORES["innovation"]]}, "name": "Innovation",
         },
         refused(shown, times, np.minimum(far, 0.97 * top)) | {"showlegend": width is not None},
         {

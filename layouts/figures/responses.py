@@ -1,4 +1,4 @@
-"""What a filter makes of a step, a ramp, a parabola, and of every frequency."""
+"""What a filter makes of a step, a ramp and higher powers of the time, and of every frequency."""
 
 from __future__ import annotations
 

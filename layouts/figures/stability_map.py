@@ -192,21 +192,22 @@ def _notes(shown: Shown, plane: tuple[str, str], ranges: list[list[float]], *, e
     if empty:
         fixed = ", ".join(FIELDS[name].symbol for name in GAIN_NAMES[: shown.result.gains.order] if name not in plane)
         text = f"no {FIELDS[plane[0]].symbol}, {FIELDS[plane[1]].symbol} is stable with this {fixed}"
-        return [_note(0.97, 0.97, text, t["bad"])]
+        return [_note(0.97, 0.97, text, t["bad"], t["surface"])]
     if plane != ALPHA_BETA or shown.result.gains.order != 2:
         return []
     places = ((0.42, 1.45, "underdamped"), (0.86, 0.14, "overdamped"), (1.42, 0.5, "alternating"))
     (left, right), (low, high) = ranges
     return [
-        _note((x - left) / (right - left), (y - low) / (high - low), text, t["ink-soft"], "center")
+        _note((x - left) / (right - left), (y - low) / (high - low), text, t["ink"], t["surface"], "center")
         for x, y, text in places
     ]
 
 
-def _note(x: float, y: float, text: str, colour: str, anchor: str = "right") -> dict[str, Any]:
+def _note(x: float, y: float, text: str, colour: str, ground: str, anchor: str = "right") -> dict[str, Any]:
+    """A text that is read on a ground of its own, whatever it lies over."""
     return {
         "x": x, "y": y, "xref": "paper", "yref": "paper", "xanchor": anchor, "yanchor": "middle", "text": text,
-        "showarrow": False, "font": {"color": colour, "size": 11},
+        "showarrow": False, "font": {"color": colour, "size": 11}, "bgcolor": ground, "borderpad": 2,
     }  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from layouts.figures.common import (
     META,
     SERIES,
     Figure,
+    chosen,
     clipped,
     drawn,
     grain,
@@ -30,9 +31,9 @@ from tracker_core.types import STATE_NAMES, FloatArray
 CLOSE_UP_SAMPLES = 30
 UNITS = ("m", "m/s", "m/s²", "m/s³")
 
-PATH_MOVING = (META, *xy(2, 3, 4, 5, 6))
-CLOSE_UP_MOVING = (META, *xy(0, 1, 2, 3, 4, 5, 6), ("layout", "xaxis", "range"), ("layout", "yaxis", "range"))
-AXIS_MOVING = (META, *xy(2, 3, 4, 5))
+PATH_MOVING = (META, *xy(2, 3, 4, 5), *chosen(6))
+CLOSE_UP_MOVING = (META, *xy(0, 1, 2, 3, 4, 5), *chosen(6), ("layout", "xaxis", "range"), ("layout", "yaxis", "range"))
+AXIS_MOVING = (META, *xy(2, 3, 4), *chosen(5))
 
 
 def positions(result: Result, view: View) -> dict[str, FloatArray]:
@@ -164,11 +165,12 @@ def whereabouts(series: dict[str, FloatArray]) -> FloatArray:
 
 
 def refused(shown: Shown, x: FloatArray, y: FloatArray, rows: slice = slice(None)) -> Figure:
-    """The measurements that the gate did not believe, of those that are shown."""
-    gone = shown.result.track.rejected
+    """The measurements that the gate did not believe, of those that are shown; each bears its sample."""
+    gone, samples = shown.result.track.rejected, np.arange(len(shown.result.truth.times))[rows]
     some = np.zeros(len(x), dtype=bool) if gone is None else gone[rows]
     return {
         "type": "scatter", "mode": "markers", "x": packed(x[some], "f8"), "y": packed(y[some], "f8"),
+        "customdata": packed(samples[some], "i4"),
         "marker": {"symbol": "x-thin", "size": 9, "line": {"width": 2, "color": tokens(shown.theme)["bad"]}},
         "name": "Not believed", "showlegend": bool(some.any()),
     }  # fmt: skip

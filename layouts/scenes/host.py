@@ -23,6 +23,8 @@ from layouts.scenes.pictures import Drawing, Picture, RegionPicture
 from layouts.scenes.region import RegionScene
 from layouts.scenes.sessions import TOKEN, RefusedError, Session, Stats
 from layouts.scenes.track import TrackScene
+from server.clients import CLIENT
+from server.limits import share
 from tracker_core.checks import InputError
 
 if TYPE_CHECKING:
@@ -45,7 +47,7 @@ class Scenes:
     """A scene for each browser.
 
     Args:
-        limit: sessions at a time.
+        limit: sessions at a time; of one client half of them.
         idle: seconds after which an idle session ends.
     """
 
@@ -113,17 +115,20 @@ class Scenes:
             return self._server.get_port()
 
     def admit(self, token: str) -> Session:
-        """Begin a session; one with the same token ends.
+        """Begin a session of whoever asks for it; one with the same token ends.
 
         Raises:
-            RefusedError: when there are too many, or the token's last session ended idle and nothing was shown since.
+            RefusedError: when there are too many, in all or of one client, or the token's last session ended idle and
+                nothing was shown since.
         """
-        session = Session(token, secrets.token_hex(16), asyncio.get_running_loop(), time.monotonic())
+        owner = CLIENT.get()
+        session = Session(token, owner, secrets.token_hex(16), asyncio.get_running_loop(), time.monotonic())
         with self._lock:
-            old = self._sessions.get(token)
             if token in self._asleep:
                 raise RefusedError(full=False)
-            if old is None and len(self._sessions) >= self.limit:
+            old = self._sessions.get(token)
+            others = [each.owner for each in self._sessions.values() if each is not old]
+            if len(others) >= self.limit or others.count(owner) >= share(self.limit):
                 raise RefusedError(full=True)
             self._sessions[token] = session
         if old is not None:

@@ -59,6 +59,10 @@ def adapted(text: str, theme: str) -> str:
         # It connects again only while it has the focus, which a frame seldom has.
         'document.hasFocus=()=>document.visibilityState==="visible";'
         'document.addEventListener("visibilitychange",()=>dispatchEvent(new Event("focus")));'
+        # Whether it is connected its worker knows alone; who shows it in a frame is told.
+        "window.Worker=class extends Worker{constructor(...all){super(...all);"
+        'this.addEventListener("message",({data})=>{const s=data&&data.type;if(s==="connected"||s==="closed")'
+        'window.frameElement?.dispatchEvent(new CustomEvent("connection",{detail:s}))})}};'
         f"window.__VISER_EMBED_CONFIG__={{darkMode:{str(theme == 'dark').lower()}}};"
         # A part that nothing here needs makes code of text at its beginning, which the policy forbids.
         'addEventListener("unhandledrejection",(e)=>{if(e.reason instanceof EvalError)e.preventDefault()});'

@@ -45,6 +45,7 @@ class Session:
 
     Attributes:
         token: of the browser.
+        owner: the client whose it is, as limits know it.
         key: by which viser's side of the connection is told from others; known to this process alone.
         loop: of the proxy.
         ended: set when it must end.
@@ -54,6 +55,7 @@ class Session:
     """
 
     token: str
+    owner: str
     key: str
     loop: asyncio.AbstractEventLoop
     active: float

@@ -70,8 +70,9 @@ class Tab:
         self.page.on("response", self._look)
 
     def _hear(self, message: ConsoleMessage) -> None:
-        # The browser says itself that a request was refused.
-        if message.type == "error" and f"status of {self._refused} " not in message.text:
+        # The browser says itself that a request was refused, or a socket.
+        said = (f"status of {self._refused} ", f"response code: {self._refused}")
+        if message.type == "error" and not any(part in message.text for part in said):
             self.complaints.append(message.text)
 
     def _look(self, response: Response) -> None:
@@ -152,9 +153,35 @@ LIGHT_WIDTH, DARK_WIDTH = 1440, 390
 """Where axe looks, at the one in light and at the other in dark."""
 
 
+EXPLAINED = (1440, 360)
+"""Where the pointer goes over every term and every label."""
+
+UNSEEN = """() => {
+  const root = document.documentElement, bubble = document.querySelector('.bubble'), bad = [];
+  const over = (place) => place.dispatchEvent(new PointerEvent('pointerover', {bubbles: true}));
+  for (const term of document.querySelectorAll('.tip, label')) {
+    if (!term.checkVisibility()) continue;
+    if (!term.closest('.visually-hidden') && term.offsetWidth < 5) bad.push(`no label to see: ${term.textContent}`);
+    if (!term.matches('.tip')) continue;
+    term.scrollIntoView({block: 'center'});
+    over(term);
+    const {left, right, top, bottom} = bubble.getBoundingClientRect();
+    const isInside = left >= 0 && top >= 0 && right <= root.clientWidth && bottom <= root.clientHeight;
+    if (bubble.hidden || !isInside || root.scrollWidth > innerWidth) bad.push(`no explanation: ${term.textContent}`);
+  }
+  over(document.body);
+  scrollTo(0, 0);
+  return bad;
+}"""
+
+
 @pytest.fixture
 def check_look() -> Callable[..., None]:
-    """Looks at a page from wide to narrow: nothing scrolls sideways, axe finds nothing serious in light and in dark."""
+    """Looks at a page from wide to narrow.
+
+    Nothing scrolls sideways, labels are seen and every explanation with them, axe finds nothing serious in light and
+    in dark.
+    """
 
     def check(page: Page) -> None:
         for width, height in WIDTHS:
@@ -168,6 +195,8 @@ def check_look() -> Callable[..., None]:
                 found = Axe().run(page).response["violations"]
                 grave = [each for each in found if each["impact"] in ("serious", "critical")]
                 assert [(each["id"], each["nodes"][0]["html"]) for each in grave] == []
+            if width in EXPLAINED:
+                assert page.evaluate(UNSEEN) == []
 
     return check
 

@@ -24,6 +24,7 @@ def test_from_nothing_to_three_pins_that_are_named_used_let_go_and_undone(open_p
     page.click('[data-pinning="start"]')
     settle(page)
     expect(page.locator("#compare-empty")).to_be_hidden()
+    assert page.evaluate("() => document.activeElement.id") == "compare-reference-0"
     assert len(names(page)) == 3
     page.fill('[data-slot="2"] input', "Optimal, with: <i>")
     page.press('[data-slot="2"] input', "Enter")
@@ -34,13 +35,14 @@ def test_from_nothing_to_three_pins_that_are_named_used_let_go_and_undone(open_p
     settle(page)
     assert page.input_value("#compare-xi") == "0.5"
     page.click('button[data-pinning="remove"][data-slot="1"]')
+    settle(page)
     page.click('button[data-pinning="remove"][data-slot="3"]')
     settle(page)
     assert names(page) == ["Optimal, with: <i>"]
     assert page.evaluate("() => document.activeElement.id") == "compare-pin"
     page.click("#undo")
     settle(page)
-    assert len(names(page)) >= 2
+    assert len(names(page)) == 2
     link = page.url[page.url.index("?") :]
     other = open_page(f"compare{link}")
     assert names(other) == names(page)
@@ -48,6 +50,9 @@ def test_from_nothing_to_three_pins_that_are_named_used_let_go_and_undone(open_p
     page.wait_for_selector("#explore[data-state=settled]")
     assert page.url.endswith(f"/{link}")
     expect(page.locator("#explore-since")).to_contain_text("since ")
+    # To go to another page is no step.
+    page.click("#redo")
+    page.wait_for_function("() => location.search.split('pin').length === 2")
 
 
 def test_the_present_filter_moves_among_the_pinned_ones(open_page, plot, settle):
@@ -77,20 +82,40 @@ def test_the_present_filter_moves_among_the_pinned_ones(open_page, plot, settle)
     assert "reference=2" in page.url
     expect(row.locator("td").nth(2)).to_contain_text("reference")
     assert page.evaluate("() => document.querySelectorAll('#compare .plot-frame b, #compare-forest b').length") == 0
+    # A click on a constant gain, of which a few points are drawn, chooses the sample at its time.
+    x, y, sample = page.evaluate(
+        """() => {const gd = document.querySelector('#compare-gains .js-plotly-plot');
+        const {x, y} = gd._fullData[0], {xaxis, yaxis} = gd._fullLayout, box = gd.getBoundingClientRect();
+        return [box.left + xaxis._offset + xaxis.l2p(x[3]), box.top + yaxis._offset + yaxis.l2p(y[3]), 1 + x[3] / 3]}"""
+    )
+    page.mouse.move(x, y)
+    page.wait_for_selector("#compare-gains .hoverlayer .hovertext")
+    page.mouse.click(x, y)
+    expect(page.locator("#compare-at")).to_have_value(str(round(sample)))
+    assert sample > 200
 
 
 def test_a_study_streams_is_stopped_runs_again_and_is_refused_beside_its_field(open_page, settle):
     page = open_page(f"{TWO}&runs=20")
     card = page.locator("#compare [data-study]")
     expect(card).to_have_attribute("data-study", "done")
-    stopped = page.locator("#compare-over-runs tr", has_text="Stopped runs").locator("td")
+    stopped = page.locator("#compare-over-runs tr", has_text="Stopped runs").locator("td:visible")
     expect(stopped).to_have_count(3)
+    page.evaluate(
+        """() => {const said = document.getElementById('compare-study-said'); window.said = [];
+        new MutationObserver(() => window.said.push(said.textContent)).observe(said, {childList: true})}"""
+    )
     page.click('#compare button[aria-label="100,000 runs"]')
     expect(page.locator("#compare-study-text")).to_have_text(re.compile(r"\d+ %, about .* left"))
     expect(page.locator("#compare-runs-text")).to_contain_text("seeds 3 to")
     page.click("#compare-study-stop")
     expect(card).to_have_attribute("data-study", "stopped")
     expect(page.locator("#compare-study-text")).to_contain_text("Stopped at")
+    # Of what moves all the time a screen reader is told quarters.
+    *quarters, last = page.evaluate("() => window.said")
+    assert last.startswith("Stopped at")
+    shares = [int(said.partition(" %")[0]) // 25 for said in quarters if said[0].isdigit()]
+    assert shares == sorted(set(shares) - {0})
     page.click("#compare-study-stop")
     expect(card).to_have_attribute("data-study", "running")
     page.fill("#compare-runs", "2000000")

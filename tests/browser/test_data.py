@@ -19,6 +19,11 @@ from tracker_core.measured import content_name
 
 RECORDINGS = Path(__file__).parents[2] / "assets" / "recordings"
 HTML = "<img src=x onerror=alert(1)>"
+OPACITY = """(element) => {
+  let opacity = 1;
+  for (; element; element = element.parentElement) opacity *= getComputedStyle(element).opacity;
+  return opacity;
+}"""
 SHOWN = '#data[data-recording="shown"]'
 
 
@@ -109,16 +114,27 @@ def test_how_it_is_read_is_changed_refused_mended_and_taken_back(open_page, port
     settle(page)
     expect(page.locator("#data-reading-error")).to_contain_text("must fit the file")
     expect(page.locator('#data[data-recording="refused"]')).to_have_count(1)
+    # What is shown is not what the controls say: it is not taken home as that.
+    expect(page.locator("[data-take]:enabled")).to_have_count(0)
     page.select_option("#data-read_clock", "seconds")
     done(page)
+    expect(page.locator("[data-take]:disabled")).to_have_count(0)
     expect(page.locator("#data-reading-error")).to_have_text("")
     assert page.url == link
     page.click("#data-proposal")
     done(page)
     assert "at:" not in page.url
+    assert page.evaluate("() => document.activeElement.textContent") == "Why this is proposed"
     page.click("#undo")
     settle(page)
     assert page.url == link
+    # What is wrong can be read, and what is of an earlier reading says so.
+    page.fill("#data-gate", "-1")
+    page.press("#data-gate", "Enter")
+    expect(page.locator("#data-gate-error")).to_contain_text("must be")
+    assert page.locator("#data-gate-error").evaluate(OPACITY) == 1
+    said = "title => getComputedStyle(title, '::after').content"
+    assert "as of the last good reading" in page.locator("#data-path-title").evaluate(said)
 
 
 def test_a_wrong_file_says_why_and_changes_nothing(open_page, port):
@@ -129,6 +145,30 @@ def test_a_wrong_file_says_why_and_changes_nothing(open_page, port):
     # What is plainly too large is not even sent.
     choose(page, "large.csv", b"1,2,3\n" * 1_700_000)
     expect(page.locator("#data-data-error")).to_contain_text("at most 10.0 MB")
+    page.route("**/assets/recordings/good.csv", lambda route: route.fulfill(status=422))
+    page.click('[data-example="good.csv"]')
+    expect(page.locator("#data-data-error")).to_have_text("good.csv cannot be had: the server answered 422.")
+    expect(page.locator('#data[data-recording="none"]')).to_have_count(1)
+
+
+def test_the_newest_file_wins_and_a_page_that_is_left_waits_for_none(open_page, port):
+    page = open_page("data", at=port)
+    held = []
+    page.route("**/recordings?name=slow*", held.append)
+    choose(page, "slow 1.csv", b"t,x,y\n" + rows(70).encode())
+    expect(page.locator("#data-said")).to_contain_text("slow 1.csv")
+    with page.expect_event("requestfailed") as ended:
+        choose(page, "quick.csv", b"t,x,y\n" + rows().encode())
+    assert ended.value == held[0].request
+    done(page)
+    expect(page.locator("#data-name")).to_have_text("quick.csv")
+    choose(page, "slow 2.csv", b"t,x,y\n" + rows(80).encode())
+    expect(page.locator("#data-said")).to_contain_text("slow 2.csv")
+    with page.expect_event("requestfailed") as ended:
+        page.click("#to-explore")
+    assert ended.value == held[1].request
+    page.wait_for_selector("#explore[data-state=settled]")
+    assert page.input_value("#explore-samples") == "60"
 
 
 def test_what_stays_in_the_browser_survives_a_server_that_has_forgotten_it(open_page):
@@ -198,6 +238,8 @@ def test_everything_in_one_zip_and_its_filter_tests_itself(open_page, port, tmp_
     done(page)
     page.click("#data-use")
     settle(page)
+    # What has just been typed is in it.
+    page.fill("#data-gate", "5")
     with page.expect_download() as download:
         page.click('[data-take="export.zip"]')
     assert download.value.suggested_filename == "dirty.zip"
@@ -208,7 +250,7 @@ def test_everything_in_one_zip_and_its_filter_tests_itself(open_page, port, tmp_
     ran = subprocess.run([sys.executable, tmp_path / python], capture_output=True, text=True, timeout=60, check=False)
     assert ran.returncode == 0, ran.stderr
     [experiment] = [name for name in names if name.endswith("experiment.json")]
-    assert json.loads((tmp_path / experiment).read_text())["gate"] == 4
+    assert json.loads((tmp_path / experiment).read_text())["gate"] == 5
 
 
 def test_the_page_can_be_used_by_keyboard_and_looks_right_everywhere(open_page, port, check_look):

@@ -190,10 +190,13 @@ def test_bad_input_is_answered_beside_the_field_and_the_plot_stays(open_page, pl
         expect(page.locator(f"#explore-{name}")).to_have_attribute("aria-invalid", "true")
         assert page.input_value(f"#explore-{name}") == text
         assert plot(page, "path").line(3) == before
-        enter(page, name, good)
+        # What was refused is no step: the one before it is the last good state.
+        page.click("#undo")
         expect(message).to_be_empty()
         settle(page)
+        assert page.input_value(f"#explore-{name}") == good
         assert plot(page, "path").line(3) == before
+    expect(page.locator("#undo")).to_be_disabled()
 
 
 def test_leaving_the_stable_region_is_said_with_the_sample_of_the_stop(open_page, settle):
@@ -249,6 +252,16 @@ def test_boxes_take_arrow_keys_in_their_last_digit(open_page, settle):
     settle(page)
     assert page.input_value("#explore-xi") == "0.65"
     assert page.url.endswith("?xi=0.65")
+    # What a slider has just moved is taken back, answered or not, and nothing before it.
+    page.focus("#explore-xi-slider")
+    page.keyboard.press("PageDown")
+    page.keyboard.press("Control+z")
+    settle(page)
+    assert page.url.endswith("?xi=0.65")
+    page.keyboard.press("Control+y")
+    page.wait_for_function("() => document.querySelector('#explore-xi').value !== '0.65'")
+    settle(page)
+    assert page.url.endswith(f"?xi={page.input_value('#explore-xi')}")
 
 
 def test_pinning_shows_every_change_until_unpinned(open_page, settle):
@@ -269,6 +282,7 @@ def test_pinning_shows_every_change_until_unpinned(open_page, settle):
     expect(page.locator("#explore-since")).to_have_text("since Fading memory ξ 0.64")
     page.click("#explore-unpin")
     expect(change).to_be_empty()
+    assert page.evaluate("() => document.activeElement.id") == "explore-pin"
     settle(page)
     assert "pin" not in page.url
     page.click("#undo")
@@ -282,14 +296,31 @@ def test_the_sample_slider_and_a_click_on_a_plot_move_the_close_up(open_page, pl
     page.keyboard.press("Home")
     settle(page)
     assert plot(page, "close-up").line(1)[0][0] == pytest.approx(plot(page, "path").line(1)[0][0], abs=0.25)
-    expect(page.locator("#explore-at-text")).to_have_text("1 of 1,000, 0 s")
+    at, said = page.locator("#explore-at"), page.locator("#explore-at-text")
+    expect(said).to_have_text("of 1,000, 0 s")
+    # Every sample of a short run and of a long one is reached.
+    for samples, leap in (("10", 2), ("8000", 800)):
+        enter(page, "samples", samples)
+        settle(page)
+        page.focus("#explore-at-slider")
+        page.keyboard.press("Home")
+        for key, number in (("ArrowRight", 2), ("PageUp", 2 + leap), ("ArrowLeft", 1 + leap), ("PageDown", 1)):
+            page.keyboard.press(key)
+            expect(at).to_have_value(str(number))
+            assert page.input_value("#explore-at-slider") == str(number - 1)
+    enter(page, "at", "4567")
+    expect(said).to_have_text("of 8,000, 13,698 s")
+    enter(page, "at", "8001")
+    expect(page.locator("#explore-at-error")).to_contain_text("The sample must be a whole number >= 1 and <= 8,000")
+    enter(page, "at", "1")
+    settle(page)
     frame = page.locator("#explore-time .nsewdrag").bounding_box()
     page.mouse.move(frame["x"] + frame["width"] / 2, frame["y"] + frame["height"] / 2)
     page.wait_for_selector("#explore-time .hoverlayer .hovertext")
     page.mouse.click(frame["x"] + frame["width"] / 2, frame["y"] + frame["height"] / 2)
-    expect(page.locator("#explore-at-text")).not_to_have_text("1 of 1,000, 0 s")
+    expect(at).not_to_have_value("1")
     settle(page)
-    assert "at=" in page.url
+    assert page.url.endswith(f"at={page.input_value('#explore-at')}")
 
 
 def test_without_a_socket_sliders_work_through_callbacks(open_page, plot, settle):
@@ -314,6 +345,39 @@ def test_one_axis_and_recorded_ranges(open_page, plot, settle):
     assert options == ["range"]
 
 
+def test_explanations_come_to_pointer_and_keyboard_and_go_by_escape(open_page):
+    page = open_page("?samples=60", size=(360, 740))
+    bubble, sentence = page.locator(".bubble"), "How many measurements are taken."
+    for control in ("explore-samples", "explore-start", "explore-xi-slider"):
+        about = page.locator(f"#{control.removesuffix('-slider')}-about").text_content()
+        expect(page.locator(f"#{control}")).to_have_accessible_description(about)
+    # The keyboard has it above its field.
+    page.focus("#explore-scenario")
+    expect(bubble).to_be_hidden()
+    page.keyboard.press("Shift+Tab")
+    page.keyboard.press("Tab")
+    expect(bubble).to_have_text("The target and its true motion, or your own recording.")
+    page.keyboard.press("Escape")
+    expect(bubble).to_be_hidden()
+    # The pointer may go to it, and loses it elsewhere.
+    page.clock.install()
+    label = page.locator('label[for="explore-samples"]')
+    label.hover()
+    expect(bubble).to_have_text(sentence)
+    box = bubble.bounding_box()
+    assert box["y"] + box["height"] <= label.bounding_box()["y"]
+    page.mouse.move(box["x"] + 8, box["y"] + 8)
+    page.clock.fast_forward(1000)
+    expect(bubble).to_have_text(sentence)
+    page.mouse.move(1, 1)
+    page.clock.fast_forward(1000)
+    expect(bubble).to_be_hidden()
+    label.hover()
+    expect(bubble).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(bubble).to_be_hidden()
+
+
 def test_it_looks_right_at_every_width_in_both_themes(open_page, check_look):
     check_look(open_page("?order=2&design=manual&alpha=1.9&beta=1&foo=1"))
 
@@ -325,6 +389,10 @@ def test_on_a_phone_the_path_stays_in_sight_while_xi_moves(open_page, settle):
     assert -10 <= path["y"] < 200
     assert slider["y"] > path["y"] + path["height"]
     assert slider["y"] + slider["height"] <= 844
+    # The keyboard goes as the eye does: from the header to the path, which stands above the controls.
+    page.focus("#theme-switch")
+    page.keyboard.press("Tab")
+    assert page.evaluate("() => document.activeElement.id") == "explore-exaggerate"
 
 
 def test_the_theme_follows_the_switch_and_is_remembered(open_page, plot, settle):
@@ -339,19 +407,72 @@ def test_the_theme_follows_the_switch_and_is_remembered(open_page, plot, settle)
     page.reload()
     settle(page)
     assert plot(page, "path").meta["theme"] == "dark"
+    # A refused entry stays, in either theme.
+    enter(page, "samples", "2")
+    expect(page.locator("#explore-samples-error")).not_to_be_empty()
+    page.click("#theme-switch")
+    for name in PLOTS:
+        page.wait_for_function(
+            "name => document.querySelector(`#explore-${name} .js-plotly-plot`)._fullLayout.meta.theme === 'light'",
+            arg=name,
+        )
+    expect(page.locator("#explore-samples-error")).not_to_be_empty()
 
 
-def test_a_lost_answer_is_asked_for_again_and_no_edit_is_lost(open_page, settle):
-    page = open_page()
-    page.evaluate(
-        """() => {const real = window.fetch; let first = true;
-        window.fetch = (...all) => first ? (first = false, new Promise(() => {})) : real(...all)}"""
-    )
+ANSWERS = """() => {
+  const {fetch} = window;
+  window.asked = [];
+  window.answers = [];
+  window.fetch = (...all) => {
+    if (!String(all[0]).includes("_dash-update-component")) return fetch(...all);
+    window.asked.push(JSON.parse(all[1].body).inputs[0].value);
+    return (window.answers.shift() ?? fetch)(...all);
+  };
+}"""
+"""Answers in the place of the server's, the next one first; before the page's own scripts."""
+
+
+def test_an_answer_that_takes_long_is_waited_for_and_one_that_is_lost_is_asked_for_again(open_page, settle):
+    held, ways = [], []
+
+    def route(socket):
+        ways.append(socket.connect_to_server())
+        socket.on_message(held.append)
+
+    def prepare(page):
+        page.clock.install()
+        page.add_init_script(f"({ANSWERS})()")
+        page.route_web_socket("**/explore/live", route)
+
+    page = open_page(first=prepare)
+    asked, note = "() => window.asked.map(each => each.changed)", page.locator("#explore-note")
+    before = page.evaluate(asked)
+    page.evaluate("() => window.answers.push(() => Promise.reject(new TypeError('gone')), () => new Promise(() => {}))")
     enter(page, "beta", "0.4")
+    expect(note).to_have_text("The server does not answer: it cannot be reached; trying again.")
+    page.clock.fast_forward(3000)
+    page.wait_for_function("count => window.asked.length === count", arg=len(before) + 2)
+    # As long as the server may take, nothing else is asked, whatever is moved.
+    page.clock.fast_forward(20_000)
+    enter(page, "seed", "5")
+    page.clock.fast_forward(10_000)
+    assert page.evaluate(asked) == [*before, ["beta"], ["beta"]]
+    page.clock.fast_forward(6000)
     settle(page)
+    assert page.evaluate(asked)[: len(before) + 3] == [*before, ["beta"], ["beta"], ["beta", "seed"]]
     assert page.input_value("#explore-design") == "manual"
     assert page.input_value("#explore-beta") == "0.4"
-    expect(page.locator("#explore-note")).to_contain_text("You moved β")
+    assert page.input_value("#explore-seed") == "5"
+    expect(note).to_contain_text("You moved β")
+    # Of a question that has been asked twice the first answer is taken, whichever way it comes.
+    page.evaluate("() => {window.asked = []; window.answers.push(() => new Promise(() => {}))}")
+    page.focus("#explore-xi-slider")
+    page.keyboard.press("ArrowRight")
+    page.clock.fast_forward(36_000)
+    page.wait_for_function("() => window.asked.length === 1")
+    ways[0].send(held[0])
+    settle(page)
+    assert page.url.endswith(f"xi={page.input_value('#explore-xi')}")
 
 
 BOUNDS = """() => Object.fromEntries(['path', 'close-up', 'time', 'error', 'stability'].map(name => {

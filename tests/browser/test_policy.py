@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import expect
 
 STARTS = {"svg": b"<svg", "png": b"\x89PNG\r\n"}
 
@@ -23,12 +24,21 @@ def test_a_figure_is_saved(open_page, kind):
 
 def test_the_link_is_copied(open_page):
     page = open_page("?samples=60", permissions=["clipboard-write"])
+    said = page.locator("#copy-said")
+    # What has just been typed belongs to it.
+    page.fill("#explore-xi", "0.5")
     page.click("#copy-link")
-    page.wait_for_function("() => document.getElementById('copy-link').textContent === 'Copied'")
+    expect(said).to_have_text("Copied")
+    assert page.url.endswith("?samples=60&xi=0.5")
     # What is on the clipboard no page may ask for; a hand may paste it.
     page.evaluate("() => { const box = document.createElement('textarea'); document.body.append(box); box.focus(); }")
     page.keyboard.press("Control+V")
     assert page.evaluate("() => document.activeElement.value") == page.url
+    expect(said).to_have_text("")
+    page.fill("#explore-xi", "1")
+    page.click("#copy-link")
+    expect(said).to_have_text("Last good link copied")
+    expect(page.locator("#copy-link")).to_have_text("Last good link copied")
 
 
 TRIED = {

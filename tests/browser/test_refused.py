@@ -68,6 +68,28 @@ def test_what_is_not_understood_is_said_and_nothing_is_lost(open_page, settle):
     assert page.url.partition("?")[2] == "seed=5&xi=0.5"
 
 
+def test_what_is_wrong_with_a_control_that_the_page_does_not_show_is_said_every_time(open_page, settle):
+    page = open_page()
+    message = "The data must be somewhere."
+
+    def refuse(route: Route) -> None:
+        response = route.fetch()
+        answer = response.json()
+        answer["response"]["explore-answer"]["data"] |= {"ok": False, "errors": {"nowhere": message}, "drawn": {}}
+        route.fulfill(response=response, json=answer)
+
+    page.route(CALLBACK, refuse)
+    for name, text in (("xi", "0.5"), ("seed", "5")):
+        type_into(page, name, text)
+        expect(page.locator("#explore-note")).to_have_text(message)
+        settle(page)
+    page.unroute(CALLBACK)
+    # The same box again, which leaves other notes alone.
+    type_into(page, "seed", "6")
+    expect(page.locator("#explore-note")).to_have_text("")
+    settle(page)
+
+
 def test_a_page_comes_once_the_server_has_time(open_page, settle):
     page = open_page(refused=429)
     refusing = Refusing(page, 429, **{"Retry-After": "1"})

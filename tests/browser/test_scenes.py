@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import io
-import re
 
 import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from PIL import Image
 from playwright.sync_api import expect
+from websockets.sync.client import connect
 
 from benchmarks.scene_browser import View
+from benchmarks.serving import server
+from layouts.scenes.page import protocol
+from layouts.scenes.stage import channels
 from layouts.theme import tokens
 
 TRACK = "3d?samples=120"
@@ -113,7 +116,7 @@ def test_the_track_is_drawn_played_and_scrubbed(webgl, open_page, told, settle):
     page.focus("#track-at-slider")
     page.keyboard.press("Home")
     settle(page)
-    expect(page.locator("#track-at-text")).to_have_text("1 of 120, 0 s")
+    expect(page.locator("#track-at")).to_have_value("1")
     said = len(view.sizes)
     page.select_option('[data-part="speed"]', "60")
     page.click('[data-part="play"]')
@@ -122,7 +125,7 @@ def test_the_track_is_drawn_played_and_scrubbed(webgl, open_page, told, settle):
     page.click('[data-part="play"]')
     expect(page.locator('[data-part="play"]')).to_have_text("Play")
     settle(page)
-    at = int(re.match(r"(\d+) of 120", page.inner_text("#track-at-text"))[1])
+    at = int(page.input_value("#track-at"))
     assert 1 < at < 120
     assert f"at={at}" in page.url
 
@@ -150,9 +153,47 @@ def test_a_scene_is_let_go_and_comes_back(webgl, open_page, told):
     wait_for(page, lambda: point(view))
 
 
+def test_a_scene_that_is_refused_says_so_and_is_tried_again(webgl, open_page):
+    with server(GAINSCOPE_SCENES="1") as port:
+        place, origin = f"127.0.0.1:{port}/viser/{'0' * 32}", f"http://127.0.0.1:{port}"
+        with connect(f"ws://{place}", origin=origin, subprotocols=[protocol()]):
+            page = open_page("stability", using=webgl, size=SMALL, at=port, refused=403)
+            visit(page, "#stability-scene-card .scene")
+            refused, again = (
+                page.locator(f'#stability-scene-card [data-part="{part}"]') for part in ("refused", "again")
+            )
+            expect(refused).to_contain_text("The scene has no connection")
+            before = page.get_attribute(".scene", "data-token")
+            again.click()
+            expect(again).to_have_text("Try again")
+            assert page.get_attribute(".scene", "data-token") != before
+        # Once there is room it comes by itself.
+        expect(refused).to_be_hidden()
+        page.close()
+
+
+def test_a_scene_whose_connection_does_not_come_says_so(webgl, open_page):
+    page = open_page("stability", using=webgl, size=SMALL, first=lambda page: page.clock.install())
+    page.route(
+        "**/viser/light/", lambda route: route.fulfill(body="<p>nothing that connects</p>", content_type="text/html")
+    )
+    visit(page, "#stability-scene-card .scene")
+    refused = page.locator('#stability-scene-card [data-part="refused"]')
+    page.clock.fast_forward(10_000)
+    expect(refused).to_be_hidden()
+    page.clock.fast_forward(6_000)
+    expect(refused).to_be_visible()
+
+
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_axe_finds_nothing_serious_and_nothing_scrolls_sideways(open_page, theme):
     page = open_page(TRACK, theme=theme, size=(390, 844))
+    # The key shows lines and points as the scene draws them: it has no dashes, and no points that are hollow.
+    for kind, look in (("predicted", "borderTopStyle"), ("observed", "backgroundColor")):
+        drawn = page.locator(f'.scene-key [data-kind="{kind}"]').evaluate(
+            f"key => getComputedStyle(key, '::before').{look}"
+        )
+        assert drawn in ("solid", f"rgb{channels(tokens(theme)['observed'])}")
     assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
     found = Axe().run(page).response["violations"]
     assert [(each["id"], each["nodes"][0]["html"]) for each in found if each["impact"] in ("serious", "critical")] == []

@@ -194,6 +194,7 @@ def test_leaving_the_region_offers_the_nearest_stable_gains(open_page, settle):
     offer.click()
     settle(page)
     expect(offer).to_be_hidden()
+    assert page.evaluate("() => document.activeElement.id") == "stability-verdict"
     expect(page.locator("#stability-status")).to_contain_text("Stable")
     assert shown_gains(page, 2) == pytest.approx(nearest_stable(Gains.normalised((0.6, 3.5))).values, abs=1e-12)
 

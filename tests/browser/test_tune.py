@@ -126,7 +126,19 @@ def test_what_cannot_be_done_is_refused_beside_the_field(open_page, settle):
 
     refused("cells", "10000", "Cells a side must be a whole number >= 2 and <= 200, got “10000”.", "10")
     # That runs are too many for a map is known to the study alone.
-    refused("tune_runs", "5000", "Runs must be a whole number >= 1 and <= 1,000, got “5000”.", "2")
+    message = "Runs must be a whole number >= 1 and <= 1,000, got “5000”."
+    refused("tune_runs", "5000", message, "2")
+    page.fill("#tune-tune_runs", "5000")
+    page.keyboard.press("Enter")
+    expect(page.locator("#tune-tune_runs-error")).to_contain_text(message)
+    # What the study says stays beside what the page says.
+    page.fill("#tune-seed", "x")
+    page.keyboard.press("Enter")
+    expect(page.locator("#tune-seed-error")).to_contain_text("Seed must be")
+    expect(page.locator("#tune-tune_runs-error")).to_contain_text(message)
+    page.click("#undo")
+    expect(page.locator("#tune-seed-error")).to_have_text("")
+    refused("tune_runs", "4000", message.replace("5000", "4000"), "2")
     page.check("#tune-tune-sweep")
     settle(page)
     study(page)

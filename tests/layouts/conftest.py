@@ -14,7 +14,7 @@ from layouts.comparing import Comparing
 from layouts.controls import controls_of
 from layouts.pins import SLOTS, pin_of
 from layouts.questions import Question
-from layouts.state import BACKGROUNDS, EXAGGERATIONS, INPUTS, LIMIT_FIELDS, Limits, Settings, View
+from layouts.state import BACKGROUNDS, EXAGGERATIONS, LIMIT_FIELDS, Limits, Settings, View, inputs_of
 from layouts.tuning import STUDIES, Tuning
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS, Experiment
 from tracker_core.batch import KINDS
@@ -105,7 +105,7 @@ def all_settings(draw):
         at=draw(st.none() | st.integers(0, experiment.samples - 1)),
         plane=draw(st.sampled_from(PLANES[experiment.order])),
         background=draw(st.sampled_from(BACKGROUNDS)),
-        input=draw(st.sampled_from(INPUTS)),
+        input=draw(st.sampled_from(inputs_of(experiment.order))),
         comparing=Comparing(
             draw(st.sampled_from([0, *SLOTS])), draw(st.sampled_from(KINDS)), draw(st.sampled_from(FIGURES)),
             draw(st.integers(2, 1_000_000)),

@@ -1,10 +1,12 @@
 """Answers by a helper are those that are computed here, byte for byte."""
 
+import asyncio
 import json
 import pickle
 import signal
 import subprocess
 import sys
+import threading
 from dataclasses import replace
 
 import msgspec
@@ -13,14 +15,18 @@ import orjson
 import pytest
 from dash._utils import to_json
 
-from layouts.answering import KINDS, found_by_helper, outputs
+from layouts.answering import KINDS, found_by_helper, give, outputs
 from layouts.desk import answer
 from layouts.helper import DESKS
-from server.helpers import frame
+from layouts.questions import Question
+from layouts.services import Services
+from server import metrics
+from server.helpers import HelperGoneError, frame
+from server.work import Work
 
 TOKEN = "0123456789abcdef" * 2
 ANSWER = msgspec.msgpack.Decoder(tuple[bool, bytes]).decode
-FOUND = msgspec.msgpack.Decoder(tuple[bytes, bytes]).decode
+FOUND = msgspec.msgpack.Decoder(tuple[bytes, bytes, float]).decode
 
 
 class Asked:
@@ -71,7 +77,8 @@ def test_a_helper_answers_as_the_server_does(helper, question, desk, kind):
         asked = question(desk, moved, want=list(desk.plots))
         right, found = helper.ask(f"{desk.page} {kind}", asked)
         assert right
-        message, picture = FOUND(found)
+        message, picture, seconds = FOUND(found)
+        assert seconds > 0
         assert message == KINDS[kind](without_picture(desk), asked)
         assert picture == b""
 
@@ -82,7 +89,7 @@ def test_the_picture_for_a_scene_comes_with_the_answer(helper, question, desk, k
     asked = msgspec.structs.replace(question(desk), scene=TOKEN)
     shown = []
     message = KINDS[kind](replace(desk, show=lambda *seen: shown.append(seen)), asked)
-    found, picture = FOUND(helper.ask(f"{desk.page} {kind}", asked)[1])
+    found, picture, _ = FOUND(helper.ask(f"{desk.page} {kind}", asked)[1])
     assert found == message
     [(token, here)] = shown
     assert token == TOKEN
@@ -90,6 +97,35 @@ def test_the_picture_for_a_scene_comes_with_the_answer(helper, question, desk, k
     assert type(there) is type(here)
     for name in type(here).__dataclass_fields__:
         np.testing.assert_array_equal(getattr(there, name), getattr(here, name))
+
+
+@pytest.mark.parametrize("where", ["here", "in a helper", "in a thread"])
+def test_computing_is_measured_wherever_it_is_done(where):
+    class Helpers:
+        async def compute(self, name, question):
+            return msgspec.msgpack.encode((b"an answer", b"", 1.5)) if where == "in a helper" else None
+
+    def measured():
+        read = metrics.REGISTRY.get_sample_value
+        return [read(f"gainscope_computing_seconds_{part}", {"work": "answers"}) or 0 for part in ("count", "sum")]
+
+    before = measured()
+    services = Services(None, None, Work(), Helpers())
+    asked = Question(seq=1, controls={"data": "f" * 32} if where == "in a thread" else {})
+    assert asyncio.run(give(services, "a live", lambda _: b"an answer", asked)) == b"an answer"
+    count, seconds = (now - then for now, then in zip(measured(), before, strict=True))
+    assert count == 1
+    assert (seconds >= 1.5) == (where == "in a helper")
+
+
+def test_what_a_helper_was_lost_to_is_not_computed_where_everybody_waits():
+    class Lost:
+        async def compute(self, name, question):
+            raise HelperGoneError
+
+    services = Services(None, None, Work(name="threads"), Lost())
+    where = give(services, "a live", lambda _: threading.current_thread().name, Question(seq=1, controls={}))
+    assert asyncio.run(where).startswith("threads")
 
 
 def test_every_page_with_plots_has_a_helper(dash_app):

@@ -197,7 +197,9 @@ def test_an_exaggeration_is_told(controls_for, request_for, factor, text):
 def test_the_cursor_is_told_in_words(controls_for, request_for, samples):
     _, rest = ask(request_for, controls_for(samples=samples), want=[])
     cursor = samples // 2
-    assert rest["texts"]["at-text"] == f"{cursor + 1:,} of {samples:,}, {significant(cursor * 3.0)} s"
+    # Which one it is stands in the box before it.
+    assert rest["texts"]["at-text"] == f"of {samples:,}, {significant(cursor * 3.0)} s"
+    assert rest["controls"]["at"] == cursor + 1
     assert rest["samples"] == samples
 
 
@@ -222,6 +224,7 @@ def test_menus_offer_what_makes_an_experiment(scenario, order):
     offered = offers(Experiment.from_dict(base))
     assert offered["axis"] == list(SCENARIOS[scenario].axes)
     assert offered["quantity"] == ["position", "velocity", "acceleration", "jerk"][:order]
+    assert offered["input"] == ["step", "ramp", "parabola", "cubic", "quartic"][: order + 1]
     for name in ("noise", "start"):
         for choice in FIELDS[name].choices:
             try:
@@ -303,7 +306,7 @@ def test_the_metrics_are_listed_jointly_and_per_axis(controls_for, request_for, 
 def test_the_samples_of_the_close_up_are_listed(controls_for, request_for, samples, at):
     *_, (caption, head, rows) = tables(request_for, controls_for(View(at=at), samples=samples))
     result = run_experiment(Experiment.from_dict({"samples": samples}))
-    assert caption == "Samples of the close-up (m, s)"
+    assert caption == "Samples around the chosen one (m, s)"
     assert len(rows) == min(31, samples)
     assert head[:2] == ["sample", "time"]
     assert not any("velocity" in name for name in head)

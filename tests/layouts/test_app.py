@@ -27,6 +27,7 @@ from layouts.pages.track.answers import DESK as TRACK
 from layouts.pages.tune.answers import DESK as TUNE
 from layouts.state import View
 from server.lifecycle import Life
+from server.settings import Settings
 from tracker_core import kernels
 
 ROOT = Path(__file__).parents[2]
@@ -70,11 +71,14 @@ def document(get):
 
 def test_the_server_says_how_far_it_has_come():
     life = Life()
-    server = app.build(life=life).server
+    server = app.build(Settings(work_seconds=7.5), life=life).server
 
     def get(path):
         answer = asked(server, path)
         return answer.status_code, answer.json()
+
+    # And pages know how long they may have to wait for an answer.
+    assert get("/_dash-layout")[1]["props"]["data-answer-seconds"] == "7.5"
 
     for state, status in (("starting", 503), ("compiling", 503), ("ready", 200)):
         life.reach(state)
@@ -259,6 +263,7 @@ def served(monkeypatch, tmp_path):
     monkeypatch.setattr(app, "prepare", lambda life: None)
     monkeypatch.setattr(app, "Server", Quiet)
     monkeypatch.setattr(app.logs, "start", lambda form, level: None)
+    monkeypatch.setattr(app.descriptors, "provide", lambda settings: settings.sockets + 1)
     monkeypatch.setattr(app.lifecycle, "leave_at_once_until_served", lambda: None)
     return seen
 
@@ -294,6 +299,7 @@ def test_the_server_listens_where_it_is_told_and_says_what_is_set(monkeypatch, s
     assert (seen["config"].host, seen["config"].port, seen["drain"], seen["ran"]) == ("0.0.0.0", 65535, 3, True)
     assert caplog.messages == ["Gainscope on http://0.0.0.0:65535"]
     assert caplog.records[0].settings["GAINSCOPE_METRICS_TOKEN"] == "set"
+    assert caplog.records[0].descriptors == seen["settings"].sockets + 1
     assert "kept-from-all" not in str(vars(caplog.records[0]))
 
 

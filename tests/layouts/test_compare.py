@@ -18,13 +18,14 @@ from layouts.desk import answer, live_answer
 from layouts.figures.common import coordinates
 from layouts.figures.comparison import errors_of
 from layouts.figures.forest import Entry, forest_figure
-from layouts.pages.compare.answers import DESK, SAME_RUNS
+from layouts.numbers import MOST_ROWS
+from layouts.pages.compare.answers import DESK, NUMBERS, SAME_RUNS
 from layouts.pages.compare.study import begin, difference_text, mean_text, signed
 from layouts.pinned import candidates, reference_of
 from layouts.pins import SLOTS, read_pin
 from layouts.questions import Question, StudyQuestion
 from layouts.state import Settings, View, from_query, to_query
-from layouts.text import change_text, metric_text
+from layouts.text import change_text, metric_text, significant
 from layouts.theme import PIN_LOOKS, THEMES, tokens
 from tracker_core import METRICS, Experiment, InputError, run_experiment
 from tracker_core.statistics import Interval
@@ -73,6 +74,10 @@ def test_the_list_has_the_present_filter_and_the_pins_by_slot(controls_for, requ
     assert rows[6]["problem"].startswith("Window must be < 120")
     assert (rows[6]["gains"], rows[1]["problem"]) == ("", "")
     assert [slot for slot, row in rows.items() if row["reference"]] == [0]
+    # Which filter it is, whatever it is called.
+    assert [row["key"] for row in rows.values()] == [
+        "fading-memory,xi:0.64", "manual,alpha:0.8,beta:0.4", "fading-memory,xi:0.5", "growing-memory", "",
+    ]  # fmt: skip
 
 
 def test_gains_are_written_as_the_present_ones_are(controls_for, request_for):
@@ -236,6 +241,8 @@ def test_what_the_present_gate_refuses_is_crossed_out(controls_for, request_for,
         drawn = np.column_stack([coordinates(crosses[axis]) for axis in "xy"])
         np.testing.assert_allclose(drawn, result.measurements.positions[rows][gone[rows]], rtol=1e-6)
         assert crosses["showlegend"] == gone[rows].any()
+        # Each knows which sample it is.
+        np.testing.assert_array_equal(coordinates(crosses["customdata"]), np.arange(120)[rows][gone[rows]])
         assert crosses["marker"]["line"]["color"] == tokens("light")["bad"]
         assert names[place + 1 :] == [part["name"] for _, part in lines(plots[name])]
 
@@ -283,7 +290,10 @@ def test_a_study_compares_every_filter_that_fits():
     assert study.runs == 40
     rows = {row[0]: row[1:] for row in shown["rows"]["over-runs"]}
     assert list(rows) == [*(METRICS[name].title for name in FIGURES), "Stopped runs"]
-    assert rows["Stopped runs"] == ["0", "0", "0", "0", "–"]
+    # A column for every slot, so that none stands under another one's name once pins come and go.
+    assert rows["Stopped runs"] == ["0", "0", "0", "–", "–", "0", "–"]
+    keys = ["fading-memory,xi:0.64", "manual,alpha:0.8,beta:0.4", "fading-memory,xi:0.5", "", "", "growing-memory", ""]
+    assert shown["columns"]["over-runs"] == list(enumerate(keys))
     figure = shown["figures"]["compare-forest"]
     # The reference and what does not fit are not drawn; what is far off stands at the edge.
     assert [part["name"] for part in figure["data"]] == ["Present", "Fading memory ξ 0.5"]
@@ -296,10 +306,10 @@ def test_a_study_compares_every_filter_that_fits():
     for name in FIGURES:
         cells = rows[METRICS[name].title]
         assert cells[1][2] == "reference"
-        assert cells[4] == ["–", "", ""]
-        for number in (0, 2, 3):
+        assert cells[3] == cells[4] == cells[6] == ["–", "", ""]
+        for number, slot in ((0, 0), (2, 2), (3, 5)):
             said = difference_text(outcome.difference(name, number, 1), METRICS[name], final=True)
-            assert (cells[number][2], cells[number][1]) == said
+            assert (cells[slot][2], cells[slot][1]) == said
 
 
 def test_nothing_is_called_significant_before_the_last_run():
@@ -478,3 +488,38 @@ def test_a_filter_far_off_is_named_at_the_edge():
     assert (note["text"], note["y"]) == ("9,062 % →", -2)
     together = forest_figure(entries[:2], METRICS["estimation_rmse"], "Present", "light", final=True)
     assert "range" not in together["layout"]["xaxis"]
+
+
+# The plots in numbers ----------------------------------------------------------------------------------------------
+
+
+def test_gains_and_errors_of_every_filter_are_told_in_numbers(controls_for, request_for):
+    controls = controls_for(**SHORT, convention="taylor")
+    updates, _ = answer(DESK, request_for(controls, pins=PINS, want=[NUMBERS]))
+    (gains_caption, head, gains), (errors_caption, names, errors) = map(cells, updates[-1])
+    assert (gains_caption, head) == ("Gains", ["Filter", "α", "β", "γ"])
+    present = Experiment.from_dict({**SHORT, "convention": "taylor"})
+    assert gains[0] == ["Present", *(significant(value) for value in present.gains().values)]
+    # A filter of order 2 has no third gain, and one whose method chooses them has a range.
+    assert gains[1] == ["<b>Mine</b> & more", "0.8000", "0.4000", "–"]
+    chosen = run_of(5, convention="taylor").selection.gains[:, 0, 0]
+    least, middle, greatest = (significant(value) for value in np.nanquantile(chosen, (0, 0.5, 1)))
+    assert gains[3][1] == f"{least} to {greatest}, median {middle}"
+    assert errors_caption == "Errors: smoothed to true (m), running RMS of 3 samples"
+    assert names == ["time (s)", *(row[0] for row in gains)]
+    curves = [
+        errors_of(run_experiment(present), "estimation"),
+        *(errors_of(run_of(n), "estimation") for n in (1, 2, 5)),
+    ]
+    assert len(errors) == MOST_ROWS
+    for place, row in enumerate(errors):
+        around = slice(max(0, 2 * place - 1), 2 * place + 2)
+        means = [np.sqrt(np.nanmean(curve[around] ** 2)) for curve in curves]
+        assert [float(text.replace(",", "")) for text in row[1:]] == pytest.approx(means, rel=1e-3)
+
+
+def cells(component):
+    """Caption, heading and rows of a table."""
+    caption, head, body = component.children.children
+    rows = [[cell.children for cell in row.children] for row in body.children]
+    return caption.children, [cell.children for cell in head.children.children], rows

@@ -487,6 +487,22 @@ def test_the_cursor_stays_when_something_else_moves(controls_for, at, index):
 
 
 @pytest.mark.parametrize(
+    ("entry", "at"), [("0", None), (1001, None), ("here", None), ("1.5", None), ("900", 900), ("", 501)]
+)
+def test_a_sample_that_there_is_not_is_an_error_beside_its_field(controls_for, entry, at):
+    got = move(controls_for(), at=entry)
+    assert [error.field for error in got.errors] == ([] if at else ["at"])
+    assert got.controls["at"] == (at or entry)
+
+
+def test_a_sample_that_was_chosen_for_a_longer_run_is_none_of_a_shorter_one(controls_for):
+    """Whoever is moved before the answer is there has not seen it."""
+    got = move(controls_for(), samples=100, at=900)
+    assert (got.errors, got.controls["at"]) == ((), 51)
+    assert move(controls_for(), samples=100, at=90).controls["at"] == 90
+
+
+@pytest.mark.parametrize(
     ("moved", "view"),
     [
         ({"axis": "y"}, View(axis=1)),
@@ -496,6 +512,8 @@ def test_the_cursor_stays_when_something_else_moves(controls_for, at, index):
         ({"plane": "beta-gamma"}, View(plane=("beta", "gamma"))),
         ({"background": "lag"}, View(background="lag")),
         ({"input": "parabola"}, View(input="parabola")),
+        ({"input": "cubic"}, View(input="cubic")),
+        ({"input": "quartic"}, View()),
         ({"plane": "gamma-eta"}, View()),
         ({"plane": "gamma-beta"}, View()),
         ({"background": "gold"}, View()),
@@ -503,8 +521,6 @@ def test_the_cursor_stays_when_something_else_moves(controls_for, at, index):
         ({"axis": "range"}, View()),
         ({"quantity": "jerk"}, View()),
         ({"exaggerate": "3"}, View()),
-        ({"at": 1001}, View()),
-        ({"at": "here"}, View()),
     ],
 )
 def test_the_view_follows_its_controls_or_stays_at_its_default(controls_for, moved, view):
@@ -521,6 +537,11 @@ def test_a_state_that_a_lower_order_lacks_gives_way_to_the_position(controls_for
 def test_a_plane_that_a_lower_order_lacks_gives_way_to_the_first(controls_for):
     got = move({**controls_for(), "plane": "beta-gamma"}, order=2)
     assert (got.settings.view.plane, got.controls["plane"]) == (("alpha", "beta"), "alpha-beta")
+
+
+def test_an_input_that_a_lower_order_does_not_lag_behind_gives_way_to_the_step(controls_for):
+    got = move({**controls_for(), "input": "cubic"}, order=2)
+    assert (got.settings.view.input, got.controls["input"]) == ("step", "step")
 
 
 @pytest.mark.parametrize(

@@ -12,10 +12,12 @@ from layouts import desk
 from layouts.desk import answer, beginning
 from layouts.figures.recording import filled
 from layouts.pages.data import suggesting
-from layouts.pages.data.answers import DESK
+from layouts.pages.data.answers import DESK, NUMBERS
 from layouts.pages.data.file import MOST_SHOWN
 from layouts.pages.data.view import EXAMPLES, layout
 from layouts.questions import StudyQuestion
+from layouts.text import significant
+from layouts.theme import SCORES, tokens
 from tracker_core import Experiment, InputError, run_experiment
 from tracker_core.measured import SHELF, File, recorded
 
@@ -33,12 +35,12 @@ def example():
 
 @pytest.fixture
 def show(request_for):
-    """The page's answer to a link, as JSON."""
+    """The page's answer to a link, as JSON: its plots, or what is wanted."""
 
     def shown(moved=None, want=None, **query):
         begun = beginning(DESK, query)
         updates, rest = answer(DESK, request_for(begun["controls"], moved, want=want))
-        return updates, json.loads(json.dumps(rest))
+        return updates if want else updates[: len(DESK.plots)], json.loads(json.dumps(rest))
 
     return shown
 
@@ -220,7 +222,10 @@ def test_more_held_positions_than_are_listed_are_all_marked(show):
     updates, rest = show(data=data)
     found = recorded(data, rest["controls"]["reading"])
     assert len(found.findings) < 1500
-    assert values(trace(updates[0], "Held")["x"]) == pytest.approx(np.arange(1500.0))
+    held = trace(updates[0], "Held")
+    assert values(held["x"]) == pytest.approx(np.arange(1500.0))
+    # A click on one chooses the sample that is the second of its kind.
+    assert values(held["customdata"]) == pytest.approx(np.arange(1, 3000, 2))
 
 
 def test_the_path_of_a_run_cut_short_has_no_marks_beyond_its_end(show, example):
@@ -245,6 +250,7 @@ def test_what_the_gate_refuses_lies_above_it(show, example):
     updates, _ = show({"gate": "5", "noise_std": "12, 12, 4"}, data=data)
     figure = updates[2]
     assert figure["layout"]["yaxis"]["title"]["text"] == "innovation (σ)"
+    assert trace(figure, "Innovation")["marker"]["color"] == tokens("light")[SCORES["innovation"]]
     assert trace(figure, "Gate")["y"] == [5, 5]
     assert values(trace(figure, "Not believed")["y"]).min() > 5
     gone = run_experiment(Experiment.from_dict({"data": data, "gate": 5, "noise_std": [12, 12, 4]})).track.rejected
@@ -263,8 +269,61 @@ def test_a_change_of_the_gate_alone_moves_nothing_but_what_it_moves(show, exampl
     stands = beginning(DESK, {"data": example("good")})["controls"]
     _, rest = answer(DESK, request_for(stands))
     updates, _ = answer(DESK, request_for(rest["controls"], {"xi": 0.3}, drawn=rest["drawn"]))
-    for update in updates:
+    for update in updates[: len(DESK.plots)]:
         assert update.to_plotly_json()["operations"]
+
+
+def told(show, **query):
+    """Rows of the tables of numbers, by caption and by name of the row."""
+    tables = {}
+    for component in show(want=[NUMBERS], **query)[0][-1]:
+        caption, _, body = component.children.children
+        rows = [[cell.children for cell in row.children] for row in body.children]
+        tables[caption.children] = {name: cells for name, *cells in rows}
+    return tables
+
+
+def test_intervals_and_innovations_are_told_in_numbers(show, example):
+    data = example("dirty")
+    query = {"data": data, "gate": "5", "noise_std": "12,12,4"}
+    tables = told(show, **query)
+    _, rest = show(**query)
+    found = recorded(data, rest["controls"]["reading"])
+    steps = np.diff(found.times[found.lines > 0])
+    intervals = tables["Intervals between rows"]
+    assert intervals["Intervals"] == [f"{len(steps):,}"]
+    assert intervals["Gaps, more than 1.5 times the usual"] == [str(found.counts["gap"])]
+    assert intervals["Longest (s)"] == [significant(steps.max(), 5)]
+    result = run_experiment(Experiment.from_dict({"data": data, "gate": 5, "noise_std": [12, 12, 4]}))
+    for caption, values in (
+        ("Innovations (m)", result.track.innovation),
+        ("Innovations (σ)", result.track.innovation / result.track.spread),
+    ):
+        believed = np.column_stack([values, np.linalg.norm(values, axis=1)])[~result.track.rejected]
+        rows = tables[caption]
+        assert rows["Not believed"] == [str(result.track.rejected.sum())] * 4
+        assert rows["Believed"] == [f"{count:,}" for count in np.isfinite(believed).sum(axis=0)]
+        assert rows["Mean"] == [*(significant(mean, 5) for mean in np.nanmean(believed, axis=0)[:3]), "–"]
+        sizes = np.abs(believed)
+        assert rows["Greatest"] == [significant(size, 5) for size in np.nanmax(sizes, axis=0)]
+        assert rows["Median size"] == [significant(size, 5) for size in np.nanmedian(sizes, axis=0)]
+    assert "Innovations (σ)" not in told(show, data=data)
+
+
+@pytest.mark.parametrize(
+    ("gate", "said"),
+    [
+        ("", ""),
+        # chi2.sf(gate^2, 3), to two digits.
+        ("1", "Where errors are Gaussian with this σ, the gate refuses 80 % of the right measurements."),
+        ("4", "Where errors are Gaussian with this σ, the gate refuses one right measurement in 880."),
+        ("100", "Where errors are Gaussian with this σ, the gate refuses no right measurement."),
+    ],
+)
+def test_how_often_the_gate_refuses_what_is_right_is_told(show, example, gate, said):
+    _, rest = show(data=example("dirty"), noise_std="12,12,4", gate=gate)
+    assert rest["texts"]["gate-text"] == said
+    assert '"data-gate-text"' in to_json(layout())
 
 
 # The suggestion ------------------------------------------------------------------------------------------------------

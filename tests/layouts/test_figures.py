@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from layouts.figures import error, stability_map, track
+from layouts.figures import comparison, error, stability_map, track
 from layouts.figures.common import (
     DRAWN_MARKERS,
     DRAWN_SAMPLES,
@@ -43,9 +43,13 @@ def run(**values):
     return run_experiment(Experiment.from_dict(values))
 
 
+def shown_of(result, view=None, theme="light"):
+    return Shown(result, Settings(result.experiment, view or View()), theme, {"seq": 1})
+
+
 def plots(result, view=None, theme="light"):
     """Every plot of a result by name."""
-    shown = Shown(result, Settings(result.experiment, view or View()), theme, {"seq": 1})
+    shown = shown_of(result, view, theme)
     return {
         "path": track.path_figure(shown),
         "close-up": track.close_up_figure(shown),
@@ -275,20 +279,28 @@ def test_the_ring_marks_the_sample_looked_at(scenario, at):
 
 
 @pytest.mark.parametrize("samples", [3, 80, 81, 1000, 5000, 5001, 12_345])
-def test_a_point_knows_which_sample_it_is(samples):
-    """What a click on a plot is turned into: first + number of the point * every + 1."""
-    result = run(samples=samples, scenario="constant-velocity")
-    times = result.truth.times
-    figures = plots(result, View(at=samples - 1))
-    for name in ("axis", "error", "close-up"):
-        figure, meta = figures[name], figures[name]["layout"]["meta"]
-        for trace in figure["data"][:4]:
-            if name == "close-up" and len(SCENARIOS["constant-velocity"].axes) > 1:
+@pytest.mark.parametrize("design", [{"gate": 1.5}, {"design": "growing-memory"}], ids=["constant", "method"])
+def test_a_point_knows_which_sample_it_is(samples, design):
+    """What a click on a plot is turned into: its own number, else first + number of the point * every."""
+    result = run(samples=samples, scenario="garg-constant-velocity", noise="white", noise_std=100, **design)
+    times, shown = result.truth.times, shown_of(result, View(at=samples - 1))
+    figures = plots(result, View(at=samples - 1)) | {"gains": comparison.gains_overlay(shown)}
+    del figures["stability"]
+    own = set()
+    for figure in figures.values():
+        meta = figure["layout"]["meta"]
+        for trace in figure["data"]:
+            if trace.get("hoverinfo") == "skip" or trace.get("visible") is False:
                 continue
-            step = meta["every_marker"] if trace["mode"] == "markers" else meta["every"]
-            x = coordinates(trace["x"])
-            np.testing.assert_array_equal(x, times[meta["first"] :: step][: len(x)].astype("f4"))
-            assert meta["first"] + (len(x) - 1) * step < samples
+            x, numbers = coordinates(trace["x"]), trace.get("customdata")
+            if numbers is None:
+                step = meta["every_marker"] if trace["mode"] == "markers" else meta["every"]
+                numbers = packed(meta["first"] + step * np.arange(len(x)), "i4")
+            elif len(x):
+                own.add(trace["name"])
+            np.testing.assert_array_equal(x, times[coordinates(numbers).astype(int)].astype("f4"))
+    # Of a constant gain a few points are drawn, and of the measurements those that were not believed.
+    assert own == ({"Present", *(["Not believed"] if samples > 3 else [])} if "gate" in design else set())
 
 
 @given(samples=st.integers(3, 200_000))
@@ -409,7 +421,7 @@ def test_the_error_is_the_distance_to_the_truth(samples):
     raw = result.measurements.positions - result.truth.positions
     level = math.sqrt(sum(math.hypot(*row) ** 2 for row in raw) / samples)
     np.testing.assert_allclose(coordinates(data[4]["y"]), [level, level], rtol=1e-6)
-    assert data[4]["name"] == "Raw RMSE"
+    assert data[4]["name"] == "Measurement RMSE"
 
 
 def test_the_lines_of_a_short_run_are_the_errors_themselves():

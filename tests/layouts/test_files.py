@@ -1,6 +1,7 @@
 """The store of recordings: whole or not there, whatever happens; within its size and age; shared by several servers."""
 
 import io
+import json
 import os
 import signal
 import subprocess
@@ -13,12 +14,26 @@ from pathlib import Path
 import pytest
 
 from layouts import files
-from layouts.files import HOUR, LEFT_OVER, PART, RECENT, SUFFIX, TOUCHED, NoRoomError, Store
+from layouts.files import (
+    COUNTED,
+    HOUR,
+    LEFT_OVER,
+    PART,
+    RECENT,
+    SUFFIX,
+    SUM,
+    TOUCHED,
+    UNIT,
+    NoRoomError,
+    Store,
+    counted,
+)
 from layouts.incoming import MEGABYTE, Incoming
 from tracker_core.checks import InputError
 from tracker_core.measured import File, content_name
 
 ROOT = Path(__file__).parents[2]
+WAIT = 20
 TEXT = b"t,x,y\n" + b"".join(b"%d,%d,%d\n" % (row, 3 * row, row * row) for row in range(50))
 
 
@@ -40,7 +55,13 @@ def keep(store, content=TEXT, name="log.csv", most=MEGABYTE, chunk=7):
 
 
 def entries(store):
-    return sorted(path.name for path in store.directory.iterdir())
+    """What is in the folder beside the sum of it."""
+    return sorted(path.name for path in store.directory.iterdir() if path.name != SUM)
+
+
+def units(letter, number=1):
+    """A content that is counted as so many units."""
+    return letter * (number * UNIT - 100)
 
 
 def age(store, data, seconds):
@@ -207,22 +228,22 @@ def test_a_kill_in_the_middle_leaves_whole_files_and_parts_that_go(make):
 
 
 def test_the_longest_unused_make_room(make):
-    store = make(most_bytes=1000)
-    first, second = (keep(store, letter * 400).data for letter in (b"a", b"b"))
+    store = make(most_bytes=5 * UNIT)
+    first, second = (keep(store, units(letter, 2), chunk=UNIT).data for letter in (b"a", b"b"))
     age(store, first, 3 * HOUR)
     age(store, second, 5 * HOUR)
-    third = keep(store, b"c" * 400).data
+    third = keep(store, units(b"c", 2), chunk=UNIT).data
     assert store.fetch(second) is None
     assert [store.fetch(data) is not None for data in (first, third)] == [True, True]
 
 
 def test_nothing_goes_that_is_in_use_nor_in_vain(make):
-    store = make(most_bytes=1000)
+    store = make(most_bytes=2 * UNIT)
     old, new = (keep(store, letter * 400).data for letter in (b"a", b"b"))
     age(store, old, 5 * HOUR)
     # Even without the old one there is no room for so much.
-    with pytest.raises(NoRoomError, match="this server keeps 0.001 MB"):
-        keep(store, b"c" * 700)
+    with pytest.raises(NoRoomError, match="this server keeps 0.131072 MB"):
+        keep(store, units(b"c", 2), chunk=UNIT)
     assert entries(store) == sorted(f"{data}{SUFFIX}" for data in (old, new))
     # Its use is noted, and it stays.
     assert store.fetch(old) is not None
@@ -234,6 +255,79 @@ def test_nothing_goes_that_is_in_use_nor_in_vain(make):
     age(store, old, RECENT + TOUCHED + 60)
     keep(store, b"c" * 400)
     assert store.fetch(old) is None
+
+
+@pytest.mark.parametrize(("size", "units"), [(0, 0), (1, 1), (UNIT, 1), (UNIT + 1, 2)])
+def test_small_files_take_more_room_than_they_have_bytes(size, units):
+    assert counted(size) == units * UNIT
+
+
+def test_however_small_they_are_there_are_not_more_than_fit(make):
+    store = make(most_bytes=3 * UNIT)
+    for letter in (b"a", b"b", b"c"):
+        keep(store, letter)
+    assert store.size == 3 * UNIT
+    with pytest.raises(NoRoomError):
+        keep(store, b"d")
+
+
+def test_servers_that_share_a_folder_share_its_size(make):
+    here, there = (make(most_bytes=3 * UNIT) for _ in range(2))
+    keep(here, b"a")
+    keep(here, b"b")
+    keep(there, b"c")
+    assert there.size == 3 * UNIT
+    for store in (here, there):
+        with pytest.raises(NoRoomError):
+            keep(store, b"d")
+
+
+def test_what_fits_is_kept_without_a_look_at_all_that_is_there(make, monkeypatch):
+    store = make()
+    keep(store, b"a")
+    monkeypatch.setattr(Store, "_count", lambda *_: pytest.fail("it has been counted"))
+    # What is there already takes nothing.
+    for letter in (b"b", b"c", b"b"):
+        keep(store, letter)
+    assert store.size == 3 * UNIT
+
+
+def old_sum(store, text=None):
+    """As if the sets had been counted long ago, or by somebody who left nonsense."""
+    path = store.directory / SUM
+    said = json.loads(path.read_text())
+    path.write_text(json.dumps(said | {"at": time.time() - COUNTED - 1}) if text is None else text)
+
+
+@pytest.mark.parametrize("text", [None, "", "nonsense", "[]", '{"size": "much", "at": 1}', "[" * 90])
+def test_a_sum_that_is_old_or_none_is_made_anew(make, text):
+    store = make(most_bytes=3 * UNIT)
+    data = keep(store, b"a").data
+    keep(store, b"b")
+    # Somebody has made room by hand, and copied a set from elsewhere.
+    for path in store.directory.glob(f"*{SUFFIX}"):
+        path.unlink()
+    (store.directory / f"{data}{SUFFIX}").write_bytes(b'{"name": "log.csv"}\na')
+    store.look()
+    assert store.size == 2 * UNIT
+    old_sum(store, text)
+    store.look()
+    assert store.size == UNIT
+    old_sum(store, text)
+    keep(store, b"c")
+    assert store.size == 2 * UNIT
+
+
+def test_what_is_broken_or_too_old_is_not_counted_any_more(make):
+    store = make(days=2)
+    broken, old = keep(store, b"a").data, keep(store, b"b").data
+    (store.directory / f"{broken}{SUFFIX}").write_bytes(b"broken")
+    assert store.fetch(broken) is None
+    assert store.size == UNIT
+    age(store, old, 49 * HOUR)
+    old_sum(store)
+    store.look()
+    assert (store.size, entries(store)) == (0, [])
 
 
 def test_a_use_is_noted_once_in_a_while(make):
@@ -257,6 +351,7 @@ def test_what_nobody_has_used_for_long_goes(make):
     make(days=2)
     assert [store.fetch(data) is not None for data in (old, new)] == [False, True]
     age(store, new, 49 * HOUR)
+    old_sum(store)
     keep(store, b"c" * 40)
     assert store.fetch(new) is None
 
@@ -278,6 +373,73 @@ def test_a_folder_that_is_read_only_is_a_problem(make, tmp_path):
 
 
 # Several at once -----------------------------------------------------------------------------------------------------
+
+
+def test_what_is_acknowledged_does_not_go_meanwhile(make, monkeypatch):
+    """One server makes room while another one is sent the very file that goes."""
+    here, there = (make(most_bytes=2 * UNIT) for _ in range(2))
+    old, new = (keep(here, content).data for content in (b"old", b"new"))
+    age(here, old, 5 * HOUR)
+    age(here, new, 4 * HOUR)
+    acknowledged = []
+    again = threading.Thread(target=lambda: acknowledged.append(keep(there, b"old").data))
+    make_go = Store._make_go
+
+    def slowly(store, each, sum_):
+        monkeypatch.undo()
+        again.start()
+        again.join(0.1)
+        # Nobody has said yet that it is there.
+        assert acknowledged == []
+        make_go(store, each, sum_)
+
+    monkeypatch.setattr(Store, "_make_go", slowly)
+    third = keep(here, b"third").data
+    again.join(WAIT)
+    # It was put there again, and the next one has gone.
+    assert acknowledged == [old]
+    assert [here.fetch(data) is not None for data in (old, new, third)] == [True, False, True]
+
+
+def test_what_a_server_of_an_earlier_version_uses_meanwhile_stays(make, monkeypatch):
+    store = make(most_bytes=2 * UNIT)
+    old = keep(store, b"old").data
+    keep(store, b"new")
+    age(store, old, 5 * HOUR)
+    make_go = Store._make_go
+
+    def used(store, each, sum_):
+        os.utime(each.path)
+        make_go(store, each, sum_)
+
+    monkeypatch.setattr(Store, "_make_go", used)
+    with pytest.raises(NoRoomError):
+        keep(store, b"third")
+    assert store.fetch(old) is not None
+
+
+LOCKED = """
+import fcntl, sys, time
+with open(sys.argv[1], "r+b") as stream:
+    fcntl.flock(stream, fcntl.LOCK_EX)
+    print("locked", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no such lock")
+def test_whoever_is_killed_lets_go_of_the_folder(make):
+    store = make()
+    with subprocess.Popen(
+        [sys.executable, "-c", LOCKED, str(store.directory / SUM)], stdout=subprocess.PIPE, text=True
+    ) as holder:
+        assert holder.stdout.readline() == "locked\n"
+        with ThreadPoolExecutor(1) as pool:
+            keeping = pool.submit(keep, store)
+            with pytest.raises(TimeoutError):
+                keeping.result(0.05)
+            holder.kill()
+            assert keeping.result(WAIT).content == TEXT
 
 
 def test_many_may_write_the_same_and_others_at_once(make):

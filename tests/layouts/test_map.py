@@ -118,6 +118,7 @@ def test_where_nothing_is_stable_the_map_says_so(gains, plane, text):
     made = figure(gains, View(plane=plane))
     assert len(points(made["data"][0])) == 0
     assert [note["text"] for note in made["layout"]["annotations"]] == [text]
+    assert [note["bgcolor"] for note in made["layout"]["annotations"]] == [tokens("light")["surface"]]
 
 
 @pytest.mark.parametrize(("order", "plane"), ALL_PLANES)
@@ -140,6 +141,8 @@ def test_damping_is_told_for_order_2_only():
         poles = np.roots([1, alpha + beta - 2, 1 - alpha])
         expected = "underdamped" if poles[0].imag else "alternating" if poles.real.min() < 0 else "overdamped"
         assert note["text"] == expected
+        # What it lies over has any colour.
+        assert (note["font"]["color"], note["bgcolor"]) == (tokens("light")["ink"], tokens("light")["surface"])
     assert len(made["layout"]["annotations"]) == 3
     for order in (3, 4):
         other = figure(INSIDE[order])

@@ -249,7 +249,7 @@ def test_an_oracle_is_compared_with_its_counterpart_and_the_measurement(method, 
     causal = run(samples=150, noise_std=[noise_std], design=COUNTERPARTS[method], order=alone.result.experiment.order)
     truth, oracle = alone.result.truth.positions, alone.result
     raw = METRICS["observation_rmse"], rmse(oracle.measurements.positions, truth)
-    last = ["Raw measurement", "–", metric_text(*raw), "–"]
+    last = ["Measurement RMSE", "–", metric_text(*raw), "–"]
 
     def row(name, result):
         return [name, *(metric_text(METRICS[key], getattr(result.metrics, key)) for key in COMPARED)]
@@ -318,13 +318,13 @@ def test_with_measurement_noise_the_searches_are_hardly_better_or_worse_than_no_
     assert compared_text(made).startswith(
         f"With the answer in hand this {said} Without it, the bank of critically damped"
     )
-    assert [row[0] for row in compared_rows(made)] == ["◆ Oracle", "Causal", "Raw measurement"]
+    assert [row[0] for row in compared_rows(made)] == ["◆ Oracle", "Causal", "Measurement RMSE"]
 
 
 def test_without_noise_nothing_is_gained():
     made = shown(View(beside=True), **SHORT, design="sample-search", noise="none")
     assert compared_text(made).startswith("The measurements carry no error")
-    assert compared_rows(made)[-1][:3] == ["Raw measurement", "–", "0 m"]
+    assert compared_rows(made)[-1][:3] == ["Measurement RMSE", "–", "0 m"]
 
 
 # Menu and fields ---------------------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from layouts.components import GRAPH_CONFIG, select_field, table
 from layouts.desk import answer, beginning, live_answer
 from layouts.figures.handles import gains_handle, pole_handles
 from layouts.filter_card import SLIDERS
-from layouts.pages import compare, explore, stability, track, tune
+from layouts.pages import compare, data, explore, stability, track, tune
 from layouts.pages.compare.answers import DESK as COMPARE
 from layouts.pages.explore.answers import DESK as EXPLORE
 from layouts.pages.stability.answers import CARDS as STABILITY_CARDS
@@ -150,7 +150,7 @@ def test_every_button_that_the_script_listens_to_is_somewhere(dash_app):
     sources = script("desk.js") + script("shell.js")
     asked = set(re.findall(r"button\.id === \"([\w-]+)\"", sources))
     asked |= set(re.findall(r"getElementById\(\"([a-z][\w-]*)\"\)", sources))
-    assert {"undo", "redo", "copy-link", "theme-switch", "main"} == asked
+    assert {"undo", "redo", "copy-link", "copy-said", "theme-switch", "main"} == asked
     assert asked <= around
 
 
@@ -220,7 +220,7 @@ def test_every_text_of_an_answer_has_a_place_and_every_place_a_text(controls_for
     """
     said, waiting = set(), set()
     # A study fills in places of its own: its texts, its plot, how far it has come.
-    of_study = {"best", "cost", "runs", "plot", "study-text", "forest", "runs-text"}
+    of_study = {"best", "cost", "runs", "plot", "study-text", "study-said", "forest", "runs-text"}
     for name, desk in DESKS.items():
         texts = set(answer(desk, request_for(controls_for()))[1]["texts"])
         said |= texts
@@ -264,7 +264,7 @@ def test_a_scene_has_the_parts_that_its_script_asks_for(name):
     (card,) = (part for part in parts_of(name) if type(part).__name__ == "Section" and place in list(walk(part)))
     asked = set(re.findall(r"part\(\"(\w+)\"\)", script("scene.js")))
     asked |= set(re.findall(r"dataset\.part === \"(\w+)\"", script("scene.js")))
-    assert asked == {"missing", "resume", "show", "play", "speed"}
+    assert asked == {"missing", "refused", "again", "resume", "show", "play", "speed"}
     found = {attribute(part, "data-part") for part in walk(card)} - {None}
     assert found == (asked if name == "track" else asked - {"play", "speed"})
 
@@ -383,9 +383,39 @@ def test_a_slider_reaches_every_value_that_makes_sense(name):
         assert span["low"] > 0
 
 
+@pytest.mark.parametrize("page", [*PAGES, data], ids=lambda page: page.NAME)
+def test_what_explains_a_field_is_told_with_its_control(page):
+    """Of inputs the script does it, by the same ids."""
+    name, parts = page.__name__.rpartition(".")[2], list(walk(page.layout()))
+    with_id = {found: part for part in parts for key in ("id", "data-id") if (found := attribute(part, key))}
+    labels = [part for part in parts if type(part).__name__ == "Label" and attribute(part, "className") == "tip"]
+    assert len(labels) > 15
+    for label in labels:
+        control = with_id[attribute(label, "htmlFor")]
+        about = f"{name}-{attribute(control, 'data-control')}-about"
+        assert text_of(with_id[about])
+        assert attribute(with_id[about], "hidden")
+        if type(control).__name__ == "Select":
+            told, error = attribute(control, "aria-describedby").split()
+            assert told == about
+            assert attribute(with_id[error], "role") == "alert"
+    assert '["about", "error"]' in script("desk.js")
+
+
+@ON_EVERY_PAGE
+def test_what_changes_all_the_time_is_not_read_out(name):
+    for part in parts_of(name):
+        if type(part).__name__ == "Output":
+            assert attribute(part, "aria-live") == "off"
+    if any(attribute(part, "data-study") is not None for part in parts_of(name)):
+        assert attribute(part_with(name, "id", f"{name}-study-text"), "role") is None
+        assert attribute(part_with(name, "id", f"{name}-study-said"), "role") == "status"
+
+
 @ON_EVERY_PAGE
 def test_sentences_are_sentences(name):
     tips = {attribute(part, "data-tip") for part in parts_of(name)} - {None}
+    tips |= {text_of(part) for part in parts_of(name) if str(attribute(part, "id")).endswith("-about")}
     assert len(tips) > 15
     for sentence in tips:
         assert sentence[0].isupper()

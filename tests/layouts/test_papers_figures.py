@@ -12,7 +12,11 @@ import pytest
 from layouts.figures.common import coordinates
 from layouts.figures.papers import KINDS, chart_figure, illustration_figure
 from layouts.figures.papers.look import LOOKS, hover, log_axis
-from layouts.theme import LINES, THEMES, tokens
+from layouts.figures.summary import FEW as TOLD
+from layouts.figures.summary import HEAD, summary_rows
+from layouts.figures.tuning.look import kind_of
+from layouts.text import significant
+from layouts.theme import LINES, SCORES, THEMES, tokens
 from tracker_core import InputError, run_experiment
 from tracker_core.papers import papers
 from tracker_core.papers.printed import number
@@ -79,6 +83,23 @@ def colours(part):
             yield from colours(value)
 
 
+def assert_told(figure):
+    """What a figure shows is told in numbers, every series in a row."""
+    for row, trace in zip(summary_rows(figure), figure["data"], strict=True):
+        assert len(row) == len(HEAD)
+        assert "<" not in "".join(row)
+        x, y = trace["x"], values(trace, "y")
+        across, upwards = (cell.rpartition(": ")[2] for cell in row[2:])
+        if isinstance(x, list) and isinstance(x[0], str):
+            assert [said.rpartition(" ")[2] for said in upwards.split(", ")] == list(map(significant, y.tolist()))
+            continue
+        x = values(trace, "x")
+        known = np.isfinite(x) & np.isfinite(y)
+        assert row[1] == f"{known.sum():,}"
+        for said, numbers in ((across, x[known]), (upwards, y[known])):
+            assert said.startswith(significant(float(numbers[0] if len(numbers) <= TOLD else numbers.min())))
+
+
 # Every figure ------------------------------------------------------------------------------------------------------
 
 
@@ -103,6 +124,7 @@ def test_figure_is_drawn(paper, illustration, theme):
     layout = figure["layout"]
     assert layout["meta"] == {"figure": illustration.name, "paper": paper.name, "theme": theme}
     assert layout["height"] == KINDS[illustration.kind].height
+    assert_told(figure)
     assert layout["legend"]["orientation"] == "h"
     for key, axis in layout.items():
         if re.fullmatch(r"[xy]axis\d?", key):
@@ -225,6 +247,26 @@ def test_the_unstable_values_begin_where_a_pole_leaves_the_circle():
     (area,) = [trace for trace in figure_of("jeong2017", "3")["data"] if trace["name"].startswith("Unstable")]
     assert min(area["x"]) == pytest.approx(4 - 8**0.5, rel=1e-9)
     assert area["name"] == "Unstable from 1.172"
+
+
+def test_points_that_are_marked_are_told_one_by_one():
+    rows = [row for row in summary_rows(figure_of("jeong2017", "1")) if row[0] == "First"]
+    x, y = result_of("jeong2017", options_of("jeong2017", "1")["runs"][0]).truth.positions[0].tolist()
+    assert rows == [["First", "1", f"x (m): {significant(x)}", f"y (m): {significant(y)}"]]
+
+
+# Colours -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_a_colour_means_one_thing(theme):
+    t = tokens(theme)
+    assert named(figure_of("alwagih", "1", theme), "Smoothed velocity")["line"]["color"] == t["smoothed"]
+    areas = [trace["fillcolor"] for trace in figure_of("alwagih", "2", theme)["data"] if "fillcolor" in trace]
+    assert len(set(areas)) == 4
+    assert not set(areas) & {t[kind] for kind in ("truth", "observed", "predicted", "smoothed", "counterpart")}
+    found = named(figure_of("jeong2017", "3", theme, seeds=2), "Innovation, median and band")
+    assert found["line"]["color"] == t[SCORES["innovation"]] == t[kind_of("innovation_total")]
 
 
 # Jeong: noise, paths -----------------------------------------------------------------------------------------------

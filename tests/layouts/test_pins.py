@@ -155,6 +155,14 @@ def test_a_name_that_would_make_the_link_too_long_is_not_taken():
     assert "the link would grow beyond 2,000 characters" in note
 
 
+def test_in_a_link_that_is_too_long_already_a_name_may_become_shorter():
+    long = [read_pin(slot, f"fading-memory,xi:0.{slot},name:{'漢' * 40}") for slot in SLOTS]
+    before = replace(DEFAULT, pins=tuple(long))
+    assert len(to_query(before)) > LINK_LIMIT
+    settings, note = apply(before, [Action("rename", 2, "漢" * 39), Action("rename", 3, "漢" * 39 + "字")])
+    assert (settings.pins[1].name, settings.pins[2].name, note) == ("漢" * 39, "漢" * 39 + "字", "")
+
+
 def test_six_pins_with_names_and_every_digit_fit_into_a_link():
     third = 0.123456789012345678
     experiment = Experiment.from_dict(

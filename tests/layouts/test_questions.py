@@ -101,6 +101,7 @@ def test_what_stands_on_a_page_is_read_as_it_is(wanted, theme, seq, scene):
         "pins": [[pin.slot, pin.text()] for pin in wanted.pins], "theme": theme, "scene": scene,
         "pinning": [["add"], ["start"], ["remove", 3], ["use", 1], ["rename", 6, "name"]],
         "drawn": dict.fromkeys(EXPLORE.plots, "key"), "want": [*EXPLORE.plots, *EXPLORE.tables],
+        "link": to_query(wanted),
     }  # fmt: skip
     found = read(EXPLORE, question)
     again = msgspec.json.decode(msgspec.json.encode(found))

@@ -1,4 +1,4 @@
-"""Poles in the z-plane, the answers to step, ramp and parabola, and the frequency response, against plain loops."""
+"""Poles in the z-plane, the answers to powers of the time, and the frequency response, against plain loops."""
 
 import json
 import math
@@ -11,7 +11,7 @@ from layouts.figures.common import coordinates
 from layouts.figures.poles import DAMPING_RATIOS, equal_damping
 from layouts.figures.responses import DECIBELS, SPANS, decibels, degrees, error_reach, span
 from layouts.shown import Shown
-from layouts.state import INPUTS, Settings, View
+from layouts.state import INPUTS, Settings, View, inputs_of
 from layouts.theme import THEMES, line, tokens
 from tracker_core import DESIGNS, Experiment, Gains, run_experiment
 from tracker_core.types import GAIN_NAMES, ORDERS
@@ -132,8 +132,16 @@ def loop(gains, degree, samples):
     return np.array(rows).T
 
 
-@pytest.mark.parametrize("kind", INPUTS)
-@pytest.mark.parametrize("gains", STABLE.values(), ids=STABLE)
+def with_inputs(named):
+    """Every set of gains with every input that its order has use for."""
+    return [
+        pytest.param(gains, kind, id=f"{name}, {kind}")
+        for name, gains in named.items()
+        for kind in inputs_of(len(gains))
+    ]
+
+
+@pytest.mark.parametrize(("gains", "kind"), with_inputs(STABLE))
 def test_the_response_is_that_of_a_plain_loop(gains, kind):
     interval = 0.7
     figure = responses.time_figure(shown(gains, View(input=kind), interval=interval))
@@ -165,8 +173,7 @@ def test_responses_look_like_the_same_series_elsewhere(theme):
         assert len(set(listed)) == len(listed)
 
 
-@pytest.mark.parametrize("kind", INPUTS)
-@pytest.mark.parametrize("gains", ALL.values(), ids=ALL)
+@pytest.mark.parametrize(("gains", "kind"), with_inputs(ALL))
 def test_whatever_the_gains_the_axes_are_finite_and_hold_the_input(gains, kind):
     figure = responses.time_figure(shown(gains, View(input=kind)))
     json.dumps(figure, allow_nan=False)
@@ -180,10 +187,11 @@ def test_whatever_the_gains_the_axes_are_finite_and_hold_the_input(gains, kind):
         assert not np.isinf(ys(trace)).any()
 
 
-@pytest.mark.parametrize("kind", INPUTS)
-@pytest.mark.parametrize("name", ["order 2", "alternating", "order 3", "order 4"])
-def test_what_is_missing_to_the_input_is_seen(name, kind):
-    gains, degree = STABLE[name], INPUTS.index(kind)
+@pytest.mark.parametrize(
+    ("gains", "kind"), with_inputs({name: STABLE[name] for name in ("order 2", "alternating", "order 3", "order 4")})
+)
+def test_what_is_missing_to_the_input_is_seen(gains, kind):
+    degree = INPUTS.index(kind)
     figure = responses.time_figure(shown(gains, View(input=kind)))
     low, high = figure["layout"]["yaxis2"]["range"]
     z, predicted, _ = loop(gains, degree, len(xs(figure["data"][0])))

@@ -56,6 +56,15 @@ def test_it_connects_to_its_own_address_still(original):
     assert "window.location.href" in unpacked(original)
 
 
+def test_its_worker_says_whether_it_is_connected_still(files):
+    """Whoever shows the page in a frame is told what the worker tells the page."""
+    text = VISER.joinpath("client", "src", "WebsocketClientWorker.ts").read_text(encoding="utf-8")
+    page = files.at("/viser/light/").read().decode()
+    for state in ("connected", "closed"):
+        assert f'type: "{state}"' in text
+        assert f's==="{state}"' in page
+
+
 @pytest.mark.parametrize("theme", THEMES)
 def test_its_policy_names_what_it_runs(files, original, theme):
     page = files.at(f"/viser/{theme}/")

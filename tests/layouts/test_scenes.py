@@ -9,12 +9,14 @@ import gc
 import re
 import secrets
 import time
+from pathlib import Path
 from types import CoroutineType
 
 import msgspec
 import numpy as np
 import pytest
 import websockets.exceptions
+from fastapi import FastAPI
 from viser import _messages
 
 from benchmarks.scene_browser import PROTOCOL, View, camera, scene
@@ -23,7 +25,12 @@ from layouts.scenes import RegionPicture, Scenes, Stats, TrackPicture
 from layouts.scenes.host import REMEMBERED
 from layouts.scenes.proxy import IDLE_END, MESSAGE_LIMIT, is_camera
 from layouts.scenes.region import BOX
+from layouts.scenes.sessions import RefusedError
 from layouts.theme import tokens
+from server import guard
+from server.clients import CLIENT
+from server.descriptors import OF_A_SCENE
+from server.settings import Settings
 from tests.waiting import eventually
 from tracker_core.checks import InputError
 
@@ -370,7 +377,8 @@ def test_a_session_in_use_does_not_end(token, sign):
         run(look())
 
 
-def test_no_more_than_the_limit_are_let_in():
+def test_no_more_than_the_limit_are_let_in(monkeypatch):
+    monkeypatch.setattr("layouts.scenes.host.share", lambda most: most)
     few = Scenes(limit=2)
     tokens = [secrets.token_hex(16) for _ in range(3)]
     with serving(few) as port:
@@ -387,6 +395,78 @@ def test_no_more_than_the_limit_are_let_in():
                 await View().until_quiet(late)
 
         run(look())
+
+
+def test_one_client_has_its_share_and_no_more():
+    one, two, three, four = (f"{number:032x}" for number in range(4))
+
+    async def play():
+        scenes = Scenes(limit=3)
+
+        def comes(token, client):
+            CLIENT.set(client)
+            try:
+                return scenes.admit(token)
+            except RefusedError:
+                return None
+
+        first = comes(one, "a")
+        assert comes(two, "a")
+        assert not comes(three, "a")
+        assert comes(three, "b")
+        assert not comes(four, "b"), "there are three"
+        # One that comes again takes no other place, whoever it is of by now.
+        assert comes(two, "a")
+        assert comes(two, "b")
+        assert not comes(one, "b")
+        scenes.release(first)
+        assert comes(four, "a")
+
+    run(play())
+
+
+def test_a_scene_is_of_the_client_that_the_guard_knows(token):
+    """The addresses of one network are one client's."""
+    sent = []
+
+    async def receive():
+        return {"type": "websocket.connect"}
+
+    async def send(message):
+        sent.append(message)
+
+    async def play():
+        scenes, server = Scenes(limit=2), FastAPI()
+        scenes.attach(server)
+        guard.attach(server, Settings())
+        CLIENT.set("2001:db8::/64")
+        scenes.admit("0" * 32)
+        headers = [(b"host", b"gainscope.test"), (b"origin", b"http://gainscope.test")]
+        path = f"/viser/{token}"
+        await server(
+            {
+                "type": "websocket", "path": path, "raw_path": path.encode(), "query_string": b"", "headers": headers,
+                "subprotocols": [PROTOCOL], "client": ("2001:db8::7", 1), "root_path": "", "scheme": "ws",
+            },
+            receive, send,
+        )  # fmt: skip
+
+    run(play())
+    assert [message["code"] for message in sent] == [1013]
+
+
+def test_a_scene_takes_no_more_descriptors_than_are_counted_for_it(port, scenes):
+    def taken():
+        return sum(1 for _ in Path("/proc/self/fd").iterdir())
+
+    async def look():
+        async with visitor(port, scenes):
+            before = taken()
+            async with visitor(port, scenes), visitor(port, scenes):
+                # Both ends of a browser's socket are in this process.
+                assert taken() - before <= 2 * (2 + OF_A_SCENE)
+
+    run(look())
 
 
 def test_after_a_restart_the_same_token_works(token):

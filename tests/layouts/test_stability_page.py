@@ -10,17 +10,19 @@ from msgspec import ValidationError
 
 from layouts.controls import resolve
 from layouts.desk import answer, live_answer
+from layouts.numbers import MOST_ROWS
 from layouts.pages.stability.answers import CARDS, DESK, NUMBERS, SPACE, picture
 from layouts.readouts import distance_text, way_back
 from layouts.rules import presets
 from layouts.shown import Shown
-from layouts.state import Settings, View
+from layouts.state import INPUTS, Settings, View
 from layouts.text import change_text, metric_text, significant
 from layouts.theme import THEMES
 from tracker_core import CONVENTIONS, DESIGNS, Experiment, Gains, run_experiment
 from tracker_core.merits import MERITS, merits
 from tracker_core.optimal import distance_from_optimal
 from tracker_core.poles import damping_class
+from tracker_core.responses import frequency_response, time_response
 from tracker_core.stability import assess, printed_conditions
 from tracker_core.types import GAIN_NAMES, ORDERS
 
@@ -197,6 +199,11 @@ def tables(request_for, controls):
     return found
 
 
+def merit_tables(request_for, controls):
+    """Those before the responses."""
+    return [each for each in tables(request_for, controls) if not each[0].startswith(("Response", "Frequency"))]
+
+
 def number(text):
     return float(text.replace(",", "").replace("−", "-"))
 
@@ -228,18 +235,18 @@ def test_the_variances_are_those_of_the_lyapunov_equation(controls_for, request_
 
 @pytest.mark.parametrize("gains", UNSTABLE.values(), ids=str)
 def test_unstable_gains_have_poles_and_no_more(controls_for, request_for, gains):
-    assert [caption for caption, *_ in tables(request_for, controls_for(**manual(gains)))] == ["Poles"]
+    assert [caption for caption, *_ in merit_tables(request_for, controls_for(**manual(gains)))] == ["Poles"]
 
 
 @pytest.mark.parametrize("values", [{"noise": "none"}, {"noise_std": 0}], ids=str)
 def test_without_noise_there_is_nothing_to_be_consistent_with(controls_for, request_for, values):
-    assert len(tables(request_for, controls_for(**values))) == 2
+    assert len(merit_tables(request_for, controls_for(**values))) == 2
 
 
 @pytest.mark.parametrize("key", presets())
 def test_every_paper_run_with_noise_is_tested_for_consistency(controls_for, request_for, key):
     run = presets()[key]
-    *_, (caption, head, rows) = tables(request_for, controls_for(**run.to_dict()))
+    *_, (caption, head, rows) = merit_tables(request_for, controls_for(**run.to_dict()))
     settled = None if run.method else merits(run.gains(), 1.0)["settling"]
     if run.noise == "none" or run.method or settled is None or settled >= run.samples:
         # Nothing is left of it but its start, or its gains belong to no one model.
@@ -262,7 +269,7 @@ def test_every_paper_run_with_noise_is_tested_for_consistency(controls_for, requ
 )
 def test_a_run_is_as_its_model_says_or_not(controls_for, request_for, scenario, index, word):
     values = {"scenario": scenario, "design": "kalata", "order": 2, "tracking_index": index, "samples": 20_000}
-    *_, (caption, _, (nis, nees)) = tables(request_for, controls_for(**values, start="known"))
+    *_, (caption, _, (nis, nees)) = merit_tables(request_for, controls_for(**values, start="known"))
     assert f"Λ = {significant(index, 3)}," in caption
     low, high = map(number, nis[2].split(" to "))
     # Two axes.
@@ -301,3 +308,35 @@ def test_a_scene_is_shown_what_the_page_shows_and_only_to_who_knows_its_secret(c
     assert seen == []
     ask_for(desk, request_for(controls, {"alpha": 0.65}, scene=token))
     assert seen == [(token, (0.65, *STABLE[3][1:]))]
+
+
+# The responses in numbers ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("order", "name"), [(2, "step"), (3, "ramp"), (4, "parabola")])
+def test_the_responses_are_told_in_numbers(controls_for, request_for, order, name):
+    interval, gains = 0.5, Gains(STABLE[order])
+    *_, response, frequency = tables(
+        request_for, controls_for(View(input=name), **manual(STABLE[order]), interval=interval)
+    )
+    assert response[0] == f"Response: {name}"
+    degree = INPUTS.index(name)
+    exact = time_response(gains, degree, 1_000)
+    assert 20 < len(response[2]) <= MOST_ROWS
+    for row in response[2]:
+        time, *values = map(number, row)
+        sample = round(time / interval)
+        columns = (exact.input, exact.predicted, exact.smoothed)
+        assert values == pytest.approx([column[sample] * interval**degree for column in columns], rel=1e-4, abs=1e-9)
+    assert frequency[0] == "Frequency response"
+    assert 20 < len(frequency[2]) <= MOST_ROWS
+    for row in frequency[2]:
+        hertz, predicted, smoothed, *_ = map(number, row)
+        exact = frequency_response(gains, np.array([min(hertz * interval, 0.5)]))
+        levels = 20 * np.log10(np.abs([exact.predicted[0], exact.smoothed[0]]))
+        assert [predicted, smoothed] == pytest.approx(levels, rel=1e-3, abs=0.02)
+
+
+def test_what_is_not_stable_has_no_frequency_response_to_tell(controls_for, request_for):
+    captions = [caption for caption, *_ in tables(request_for, controls_for(**manual(UNSTABLE[2])))]
+    assert captions == ["Poles", "Response: step"]

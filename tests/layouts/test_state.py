@@ -12,7 +12,6 @@ from layouts.pins import SLOTS, pin_of
 from layouts.state import (
     BACKGROUNDS,
     EXAGGERATIONS,
-    INPUTS,
     LIMIT_FIELDS,
     LINK_LIMIT,
     VIEW_FIELDS,
@@ -20,6 +19,7 @@ from layouts.state import (
     Settings,
     View,
     from_query,
+    inputs_of,
     to_query,
 )
 from tracker_core import DESIGNS, SCENARIOS, Experiment, InputError, run_experiment
@@ -348,7 +348,7 @@ def test_every_choice_of_the_view_can_be_linked():
     views = [
         *(View(exaggerate=int(factor)) for factor in EXAGGERATIONS),
         *(View(background=name) for name in BACKGROUNDS),
-        *(View(input=name) for name in INPUTS),
+        *(View(input=name) for name in inputs_of(DEFAULT.experiment.order)),
         *(View(comparing=Comparing(compared=name)) for name in KINDS),
         *(View(comparing=Comparing(figure=name)) for name in FIGURES),
         *(View(comparing=Comparing(reference=slot)) for slot in SLOTS),

@@ -3,6 +3,7 @@
 import asyncio
 import json
 import threading
+from contextvars import copy_context
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -11,7 +12,11 @@ from fastapi import FastAPI
 
 from layouts import studies
 from layouts.studies import AT_ONCE, REMEMBERED, Studies
+from server import metrics
+from server.clients import CLIENT
+from server.limits import share
 from server.sockets import MESSAGE_LIMIT
+from server.work import Work
 from tests.waiting import eventually
 from tracker_core import InputError
 from tracker_core.tuning import Progress
@@ -56,7 +61,7 @@ class Toy:
 class Socket:
     """A browser's end of the socket, without a network."""
 
-    def __init__(self, server):
+    def __init__(self, server, client):
         self.incoming, self.heard = asyncio.Queue(), asyncio.Queue()
         self.incoming.put_nowait({"type": "websocket.connect"})
         scope = {
@@ -64,7 +69,9 @@ class Socket:
             "headers": [], "subprotocols": [], "scheme": "ws", "client": ("test", 1), "server": (HOST, 80),
             "asgi": {"version": "3.0"}, "state": {}, "app": server,
         }  # fmt: skip
-        self.task = asyncio.create_task(server(scope, self.incoming.get, self.heard.put))
+        own = copy_context()
+        own.run(CLIENT.set, client)
+        self.task = asyncio.create_task(server(scope, self.incoming.get, self.heard.put), context=own)
 
     def say(self, **question):
         self.incoming.put_nowait({"type": "websocket.receive", "text": json.dumps(question)})
@@ -87,19 +94,22 @@ class Socket:
 class Stage:
     """A server with one page of toy studies."""
 
-    def __init__(self, **limits):
-        self.gates = Gates()
-        self.server, self.studies = FastAPI(), Studies(**limits)
+    def __init__(self, seconds=WAIT, **limits):
+        self.gates, self.threads = Gates(), []
+        self.server, self.studies = FastAPI(), Studies(Work(seconds=seconds), **limits)
         self.studies.attach(self.server, "/toy/study", self.begin)
 
     def begin(self, question):
+        self.threads.append(threading.current_thread().name)
+        if question.query == "slow":
+            assert self.gates.gate("a").wait(WAIT)
         if question.query == "absurd":
             raise InputError("runs", "must be a whole number >= 1 and <= 10", 10**9)
         said = lambda progress: {"texts": {"said": f"{progress.outcome} {question.theme}"}}  # noqa: E731
         return Toy(question.query, self.gates), said
 
-    def socket(self):
-        return Socket(self.server)
+    def socket(self, client="one"):
+        return Socket(self.server, client)
 
     def studies_step(self, seconds):
         """Partial results after that time; gives back what it was."""
@@ -122,7 +132,7 @@ def played(test=None, **limits):
             try:
                 await test(stage)
             finally:
-                for name in (*"abcd", "wrong", "broken", *(f"n{i}" for i in range(REMEMBERED + 1))):
+                for name in (*"abcde", "wrong", "broken", *(f"n{i}" for i in range(REMEMBERED + 1))):
                     stage.gates.gate(name).set()
 
         asyncio.run(play())
@@ -131,8 +141,14 @@ def played(test=None, **limits):
     return run
 
 
+def measured():
+    """Studies whose time has been taken."""
+    return metrics.REGISTRY.get_sample_value("gainscope_computing_seconds_count", {"work": "study"}) or 0
+
+
 @played
 async def test_a_study_begins_and_ends(stage):
+    before = measured()
     page = stage.socket()
     page.say(seq=1, query="a")
     assert (await page.next())["type"] == "websocket.accept"
@@ -143,6 +159,7 @@ async def test_a_study_begins_and_ends(stage):
     assert (done["done"], done["of"]) == (10, 10)
     assert done["content"] == {"texts": {"said": "a 10 light"}}
     assert done["remaining"] == 0
+    await eventually(lambda: measured() == before + 1)
 
 
 @played
@@ -157,7 +174,7 @@ async def test_a_third_waits_and_hears_its_place(stage):
     assert (await fourth.until("queued"))["place"] == 2
     # A page hears that one runs before it does.
     await eventually(lambda: sorted(stage.gates.begun) == ["a", "b"])
-    assert len(stage.gates.begun) == AT_ONCE
+    assert len(stage.gates.begun) == share(AT_ONCE)
     # One that goes away leaves its place to the next.
     third.close()
     assert (await fourth.until("queued"))["place"] == 1
@@ -165,6 +182,42 @@ async def test_a_third_waits_and_hears_its_place(stage):
     await first.until("done")
     await fourth.until("running")
     await eventually(lambda: sorted(stage.gates.begun) == ["a", "b", "d"])
+
+
+@played(waiting=4)
+async def test_one_client_leaves_the_others_a_turn_and_room_in_the_line(stage):
+    mine = [stage.socket() for _ in range(5)]
+    for page, name in zip(mine, "abcde", strict=True):
+        page.say(seq=1, query=name)
+        await page.until("running" if name in "ab" else "waiting" if name == "e" else "queued")
+    first, second = stage.socket("another"), stage.socket("a third")
+    first.say(seq=1, query="n0")
+    await first.until("running")
+    second.say(seq=1, query="n1")
+    # It is the next, although two came before it.
+    assert (await second.until("queued"))["place"] == 1
+    assert (await mine[3].until("queued", place=3))["seq"] == 1
+    stage.gates.gate("a").set()
+    await second.until("running")
+
+
+@played
+async def test_studies_are_begun_and_shown_in_threads_of_their_own(stage):
+    page = stage.socket()
+    stage.gates.gate("a").set()
+    page.say(seq=1, query="a")
+    await page.until("done")
+    assert [name.rstrip("0123456789_") for name in stage.threads] == ["study page"]
+
+
+@played(seconds=0.3)
+async def test_a_study_that_cannot_be_begun_in_time_is_to_be_asked_for_later(stage):
+    page = stage.socket()
+    page.say(seq=1, query="slow")
+    assert set(await page.until("waiting", seq=1)) == {"seq", "state"}
+    stage.gates.gate("a").set()
+    page.say(seq=2, query="a")
+    await page.until("done", seq=2)
 
 
 @played

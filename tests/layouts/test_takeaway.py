@@ -8,9 +8,8 @@ import json
 import subprocess
 import sys
 import threading
-import time
 import zipfile
-from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import httpx
@@ -18,9 +17,10 @@ import numpy as np
 import pytest
 from fastapi import FastAPI
 
-from layouts import pipe, takeaway
-from layouts.pipe import PIECE, Pipe, piped
+from layouts import takeaway
+from layouts.outgoing import STEP
 from layouts.text import file_stem
+from server.work import Work
 from tracker_core import SCENARIOS, Experiment, run_experiment
 from tracker_core.__main__ import main
 from tracker_core.measured import SHELF, File, content_name, proposed, target
@@ -133,9 +133,40 @@ def test_what_cannot_be_run_names_the_field(http, path, query, status, field):
     assert answer.json().keys() == {"field", "rule", "received", "message", "request"}
 
 
-def test_too_many_waiting_are_refused(http, monkeypatch):
-    monkeypatch.setattr(takeaway, "MOST_WAITING", 0)
-    assert ask(http, "/export/track.csv").status_code == 503
+def test_too_many_waiting_are_refused(monkeypatch):
+    monkeypatch.setattr(takeaway, "AT_ONCE", 1)
+    going_on = threading.Event()
+    export = replace(takeaway.EXPORTS["track.csv"], write=lambda result, stream, link: going_on.wait(20))
+    monkeypatch.setitem(takeaway.EXPORTS, "track.csv", export)
+    server = FastAPI()
+    takeaway.attach(server, Work(waiting=1))
+
+    async def run():
+        transport = httpx.ASGITransport(app=server)
+        async with httpx.AsyncClient(transport=transport, base_url="http://test", timeout=60) as client:
+            several = [asyncio.ensure_future(client.get("/export/track.csv")) for _ in range(3)]
+            done, _ = await asyncio.wait(several, return_when=asyncio.FIRST_COMPLETED)
+            going_on.set()
+            return done.pop().result(), await asyncio.gather(*several)
+
+    refused, several = asyncio.run(run())
+    assert (refused.status_code, refused.headers["retry-after"]) == (503, "2")
+    assert sorted(one.status_code for one in several) == [200, 200, 503]
+
+
+def test_a_disk_that_is_not_there_is_said(tmp_path):
+    server = FastAPI()
+    takeaway.attach(server, Work(), tmp_path / "nowhere")
+
+    async def run():
+        transport = httpx.ASGITransport(app=server)
+        async with httpx.AsyncClient(transport=transport, base_url="http://test", timeout=60) as client:
+            return [await client.get(f"/export/track.csv?samples={count}") for count in (20, 5000)]
+
+    small, large = asyncio.run(run())
+    assert small.status_code == 200
+    assert (large.status_code, large.json()["field"]) == (507, "export")
+    assert large.json()["received"] == "'No such file or directory'"
 
 
 @pytest.mark.parametrize(
@@ -155,96 +186,13 @@ def test_names_of_files_suit_any_system(title, stem):
     assert file_stem(title) == stem
 
 
-# The pipe ------------------------------------------------------------------------------------------------------------
-
-
-def through(write, stop_after=None):
-    """What comes out of a pipe, and what it was written by."""
-
-    async def run():
-        with ThreadPoolExecutor(1) as pool:
-            pieces, got = piped(pool, write), []
-            try:
-                await pieces.opened()
-                async for piece in pieces:
-                    got.append(piece)
-                    if len(got) == stop_after:
-                        break
-            finally:
-                pieces.leave()
-            return got
-
-    return asyncio.run(run())
-
-
-@pytest.mark.parametrize("size", [0, 1, PIECE - 1, PIECE, PIECE + 1, 20 * PIECE + 3])
-def test_what_goes_in_comes_out_in_small_pieces(size):
-    content = np.random.default_rng(1).bytes(size)
-
-    def write(stream):
-        for start in range(0, size, 100_000):
-            stream.write(content[start : start + 100_000])
-
-    got = through(write)
-    assert b"".join(got) == content
-    assert all(len(piece) < PIECE + 100_000 for piece in got)
-
-
-def test_a_failure_reaches_the_reader_before_and_after_the_first_piece():
-    def at_once(stream):
-        raise ZeroDivisionError
-
-    def later(stream):
-        stream.write(bytes(3 * PIECE))
-        raise ZeroDivisionError
-
-    for write in (at_once, later):
-        with pytest.raises(ZeroDivisionError):
-            through(write)
-
-
-def test_a_reader_that_goes_away_ends_the_writing():
-    ended = threading.Event()
-
-    def write(stream):
-        try:
-            while True:
-                stream.write(bytes(PIECE))
-        finally:
-            ended.set()
-
-    assert len(through(write, stop_after=2)) == 2
-    assert ended.wait(20)
-
-
-def test_a_reader_that_takes_nothing_is_given_up(monkeypatch):
-    monkeypatch.setattr(pipe, "STALLED", 0.02)
-    loop = asyncio.new_event_loop()
-    stuck, began = Pipe(loop), time.monotonic()
-    stuck.fill(lambda stream: [stream.write(bytes(PIECE)) for _ in range(100)])
-    assert time.monotonic() - began < 20
-    loop.close()
-
-
-def test_who_has_left_is_not_written_for():
-    asked = []
-
-    async def run():
-        with ThreadPoolExecutor(1) as pool:
-            busy = threading.Event()
-            pool.submit(busy.wait, 20)
-            queued = piped(pool, asked.append)
-            queued.leave()
-            busy.set()
-
-    asyncio.run(run())
-    assert asked == []
+# Several at once -----------------------------------------------------------------------------------------------------
 
 
 def test_many_at_once_arrive_whole_and_stop_nobody_else():
     """More than there are threads: all come in full, and what needs a thread itself does not wait for them."""
     server = FastAPI()
-    takeaway.attach(server)
+    takeaway.attach(server, Work())
 
     @server.get("/thread")
     async def thread():
@@ -267,9 +215,9 @@ def test_many_at_once_arrive_whole_and_stop_nobody_else():
 
 
 def test_a_place_is_free_again_however_an_export_ended(monkeypatch):
-    monkeypatch.setattr(takeaway, "MOST_WAITING", 1)
+    monkeypatch.setattr(takeaway, "MOST_BYTES", 2 * STEP)
     server = FastAPI()
-    takeaway.attach(server)
+    takeaway.attach(server, Work(waiting=0))
 
     async def gone():
         return {"type": "http.disconnect"}

@@ -67,7 +67,7 @@ def test_every_token_of_the_sources_exists_and_none_is_idle():
     # Of every kind of line its own colour, and with an ending: tokens(theme)[f"{kind}-faint"].
     endings = {"", *re.findall(r"\[f\"\{kind\}(-[\w-]+)\"\]", python)}
     used = named | set(re.findall(r"var\(--([\w-]+)", STYLES))
-    used |= {kind + ending for kind in (*LINES, "observed") for ending in endings}
+    used |= {kind + ending for kind in LINES for ending in endings}
     # The colours of the design curves by number.
     used |= {f"curve-{number}" for number in range(1, 5) if 't[f"curve-{index % 4 + 1}"]' in python}
     assert set(tokens("light")) - used == set()
@@ -159,6 +159,39 @@ SHAPES = [
 def test_text_stands_out(name, text, ground):
     t = tokens(name)
     assert contrast(t[text], t[ground]) >= 4.5
+
+
+def channels(colour):
+    """Red, green, blue and how much of it there is."""
+    if colour[0] == "#":
+        return [int(colour[i : i + 2], 16) for i in (1, 3, 5)], 1.0
+    *parts, alpha = map(float, re.findall(r"[\d.]+", colour))
+    return parts, alpha
+
+
+def laid(colour, ground):
+    """A colour over an opaque one."""
+    (parts, alpha), (below, _) = channels(colour), channels(ground)
+    return "#" + "".join(f"{round(alpha * a + (1 - alpha) * b):02x}" for a, b in zip(parts, below, strict=True))
+
+
+@pytest.mark.parametrize("regions", range(3))
+@pytest.mark.parametrize("name", THEMES)
+def test_the_trail_of_the_gains_stands_out_wherever_it_lies(name, regions):
+    """The stable region is tinted, and within it once more where the poles are complex."""
+    t = tokens(name)
+    ground = t["surface"]
+    for _ in range(regions):
+        ground = laid(t["region"], ground)
+    assert contrast(laid(t["trail"], ground), ground) >= 3
+
+
+@pytest.mark.parametrize("name", THEMES)
+def test_the_mark_of_an_oracle_stands_out(name):
+    rules = dict(re.findall(r"(?m)^(\.oracle(?:::before)?) \{([^}]*)\}", STYLES))
+    ground = re.search(r"background: var\(--([\w-]+)\)", rules[".oracle"])[1]
+    mark = re.search(r"color: var\(--([\w-]+)\)", rules[".oracle::before"])[1]
+    assert contrast(tokens(name)[mark], tokens(name)[ground]) >= 3
 
 
 @pytest.mark.parametrize("shape", SHAPES)

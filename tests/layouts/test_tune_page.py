@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 
 from layouts.controls import controls_of, resolve
 from layouts.desk import answer, live_answer
+from layouts.numbers import MOST_ROWS
 from layouts.pages.tune.answers import DESK
 from layouts.pages.tune.content import PLOT, begin
+from layouts.pages.tune.numbers import MOST_CELLS, TABLES
 from layouts.pages.tune.present import present_scores, present_value
 from layouts.pages.tune.rivals import HEAD
 from layouts.pages.tune.studies import study_of
@@ -332,23 +334,27 @@ def test_costs_in_words():
 def test_gains_over_the_present_in_words():
     present = np.array([10.0, 11.0, 12.0])
     runs, exact = ({"what": "cell", "chance": chance} for chance in (True, False))
-    mean, half = 12.0, t_quantile(0.95, 2) * 12 / 11 / np.sqrt(3)
-    ends = f"({significant(mean - half, 2)} to {significant(mean + half, 2)})"
-    assert gain_text(0.88 * present, present, **runs) == (
-        f", 12 % {ends} less than with the present gains in the runs it was chosen by"
+
+    def change(best):
+        """The change in percent and its interval, of a ratio of paired means."""
+        ratio = best.mean() / 11
+        mean, spread = 100 * abs(1 - ratio), 100 * (best - ratio * present).std(ddof=1) / 11
+        half = t_quantile(0.95, 2) * spread / np.sqrt(3)
+        return f"{significant(mean, 2)} % ({significant(mean - half, 2)} to {significant(mean + half, 2)})"
+
+    less, more = present * [0.87, 0.88, 0.89], present * [1.11, 1.12, 1.13]
+    assert gain_text(less, present, **runs) == (
+        f", {change(less)} less than with the present gains in the runs it was chosen by"
     )
-    assert gain_text(1.12 * present, present, **runs) == (
-        f". No cell is shown to be better than the present filter: the best one has 12 % {ends} more"
+    assert gain_text(more, present, **runs) == (
+        f". No cell is shown to be better than the present filter: the best one has {change(more)} more"
     )
     # A little less in the mean, but not in every run.
     mixed = present * [0.99, 1.02, 0.96]
-    change = 100 * (present - mixed) / 11
-    half = t_quantile(0.95, 2) * change.std(ddof=1) / np.sqrt(3)
-    ends = f"({significant(change.mean() - half, 2)} to {significant(change.mean() + half, 2)})"
     assert gain_text(mixed, present, **runs) == (
-        f". No cell is shown to be better than the present filter: the best one has 1.1 % {ends} less"
+        f". No cell is shown to be better than the present filter: the best one has {change(mixed)} less"
     )
-    assert ends.startswith("(−")
+    assert "(−" in change(mixed)
     assert gain_text(present, present, **runs) == ", the same as with the present gains within 0.05 %"
     assert gain_text(present, None, **runs) == ""
     # One run of many says nothing; where there is but one, it says all.
@@ -497,6 +503,45 @@ def test_the_present_filter_is_compared_in_the_fresh_runs(searched):
     assert row[5] == ""
 
 
+def test_what_the_plot_of_a_search_shows_is_told_in_numbers(searched):
+    _, outcome, shown = searched
+    rows = shown["rows"]["told-generations"]
+    assert rows[-1] == [f"{len(outcome.history):,}", significant(outcome.score, 5)]
+    assert all(len(row) == len(TABLES["told-generations"][1]) for row in rows)
+    assert not shown["rows"]["told-values"] + shown["rows"]["told-cells"]
+
+
+@pytest.mark.parametrize("blind", ["", "&without_truth=on"])
+def test_what_the_plot_of_a_sweep_shows_is_told_in_numbers(blind):
+    _, outcome, shown = played(f"{SHORT}{blind}&points=151")
+    rows = {row[0]: row[1:] for row in shown["rows"]["told-values"]}
+    assert len(rows) <= MOST_ROWS + 1
+    mean, width = outcome.mean()
+    best = outcome.optimum().index
+    for index in (0, best):
+        found = rows[f"ξ = {significant(outcome.sweep.values[index])}"]
+        low, high = mean[index] - width[index], mean[index] + width[index]
+        assert found[:3] == list(number(mean[index], low, high))
+        assert found[3] == (significant(outcome.mean(1)[0][index]) if blind else "")
+
+
+def test_what_cannot_be_run_is_told_as_unstable():
+    gains = "order=2&design=manual&alpha=0.5&beta=0.3"
+    _, outcome, shown = played(f"samples=60&tune_runs=2&points=9&{gains}&against=alpha&from=0.5&to=2.5")
+    assert not outcome.stable[-1]
+    assert shown["rows"]["told-values"][-1][1:] == ["unstable", "", "", ""]
+
+
+def test_the_best_cells_of_a_map_are_told_in_numbers():
+    _, outcome, shown = played(f"{SHORT}&tune=map&order=2")
+    rows, means = shown["rows"]["told-cells"], np.sort(outcome.scores[0].mean(axis=0))
+    assert len(rows) == MOST_CELLS
+    alpha, beta = outcome.vectors[outcome.best()]
+    assert rows[0][0] == f"α = {significant(alpha, 3)}, β = {significant(beta, 3)}"
+    assert [float(row[1]) for row in rows] == pytest.approx(means[:MOST_CELLS], rel=1e-2)
+    assert all(float(row[2]) < float(row[1]) < float(row[3]) for row in rows)
+
+
 def test_a_search_begins_without_gains(searched):
     study, outcome, _ = searched
     _, content = begin(
@@ -505,7 +550,7 @@ def test_a_search_begins_without_gains(searched):
     begun = replace(outcome, gains=None, score=np.inf, history=(), rivals=(), fresh=None, tried=0)
     shown = content(Progress(0, study.steps, begun))
     assert (shown["texts"]["best"], shown["rows"], shown["offers"]) == (
-        "The designs are tried.", {"rivals": []}, {"use": None},
+        "The designs are tried.", {table: [] for table in ("rivals", *TABLES)}, {"use": None},
     )  # fmt: skip
     under_way = content(Progress(1, study.steps, replace(outcome, fresh=None)))
     assert under_way["texts"]["best"].startswith("Best so far: α = ")

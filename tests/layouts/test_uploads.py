@@ -5,6 +5,7 @@ import gzip
 import http.client
 import threading
 import time
+from types import SimpleNamespace
 
 import httpx
 import pytest
@@ -12,8 +13,11 @@ import uvicorn
 from fastapi import FastAPI
 
 from layouts import uploads
-from layouts.files import Store
+from layouts.files import SUM, UNIT, Store
 from layouts.uploads import Uploads
+from server import metrics
+from server.clients import CLIENT
+from tests.waiting import eventually
 from tracker_core import measured
 from tracker_core.measured import Shelf, content_name
 
@@ -33,7 +37,7 @@ def shelf(monkeypatch):
 
 @pytest.fixture
 def store(tmp_path, shelf):
-    made = Store(tmp_path, most_bytes=5000, longest_age_days=30)
+    made = Store(tmp_path, most_bytes=4 * UNIT, longest_age_days=30)
     measured.look_in(made.fetch)
     return made
 
@@ -44,19 +48,18 @@ def server_for(store):
     return server
 
 
+async def asked(server, method, path, *, client="a", **more):
+    """A request of a client to a server without a network."""
+    CLIENT.set(client)
+    transport = httpx.ASGITransport(app=server)
+    async with httpx.AsyncClient(transport=transport, base_url=f"http://{HOST}") as network:
+        return await network.request(method, path, **more)
+
+
 @pytest.fixture
 def ask():
-    """A request to a server without a network."""
-
-    def request(server, method, path, **more):
-        async def once():
-            transport = httpx.ASGITransport(app=server)
-            async with httpx.AsyncClient(transport=transport, base_url=f"http://{HOST}") as client:
-                return await client.request(method, path, **more)
-
-        return asyncio.run(once())
-
-    return request
+    """The same, and its answer."""
+    return lambda *args, **more: asyncio.run(asked(*args, **more))
 
 
 def put(ask, server, content=TEXT, *, name="log.csv", keep="store", **more):
@@ -64,7 +67,13 @@ def put(ask, server, content=TEXT, *, name="log.csv", keep="store", **more):
 
 
 def inside(store):
-    return sorted(path.name for path in store.directory.iterdir())
+    """What is in the folder beside the sum of it."""
+    return sorted(path.name for path in store.directory.iterdir() if path.name != SUM)
+
+
+def refusals(reason):
+    """What was refused so far for a reason."""
+    return metrics.REGISTRY.get_sample_value("gainscope_refusals_total", {"reason": reason}) or 0
 
 
 # In and out ----------------------------------------------------------------------------------------------------------
@@ -101,7 +110,7 @@ def test_the_server_says_what_it_keeps(ask, store, tmp_path):
         "most_bytes": LIMIT, "problem": "it was told to keep nothing",
     }  # fmt: skip
     (tmp_path / "file").touch()
-    broken = Store(tmp_path / "file", most_bytes=5000, longest_age_days=30)
+    broken = Store(tmp_path / "file", most_bytes=UNIT, longest_age_days=30)
     assert ask(server_for(broken), "GET", "/recordings").json()["problem"]
     assert put(ask, server_for(broken)).json()["kept"] == "memory"
 
@@ -182,12 +191,34 @@ def test_a_way_to_keep_that_is_none_is_refused(ask, store):
 
 def test_a_full_store_says_so(ask, store):
     server = server_for(store)
-    for letter in (b"a", b"b"):
-        assert put(ask, server, TEXT + b"# " + letter * 1200).status_code == 200
-    for letter in (b"c", b"d", b"e"):
-        answer = put(ask, server, TEXT + b"# " + letter * 1200)
+    for letter in "abcd":
+        assert put(ask, server, TEXT + b"# " + letter.encode(), client=letter).status_code == 200
+    before = refusals("full")
+    answer = put(ask, server, TEXT + b"# e", client="e")
     assert (answer.status_code, answer.json()["field"]) == (507, "file")
     assert "in this browser only" in answer.json()["message"]
+    assert refusals("full") == before + 1
+
+
+def test_one_client_has_half_of_the_store_kept_and_as_much_again_in_a_day(ask, store, monkeypatch):
+    now = time.monotonic()
+    monkeypatch.setattr(uploads, "time", SimpleNamespace(monotonic=lambda: now))
+    server = server_for(store)
+    # What is there already is not kept once more.
+    for letter in (b"a", b"a", b"b"):
+        assert put(ask, server, TEXT + b"# " + letter).status_code == 200
+    before = refusals("kept")
+    refused = put(ask, server, TEXT + b"# c")
+    assert (refused.status_code, refused.json()["field"], refusals("kept")) == (429, "file", before + 1)
+    assert refused.json()["message"] == (
+        "file must wait, or be kept in this browser only: of one address at most 0.131072 MB a day are kept here, "
+        "got “log.csv”."
+    )
+    assert put(ask, server, TEXT + b"# c", keep="browser").status_code == 200
+    assert put(ask, server, TEXT + b"# c", client="b").status_code == 200
+    now += int(refused.headers["retry-after"])
+    assert put(ask, server, TEXT + b"# d").status_code == 200
+    assert put(ask, server, TEXT + b"# e").status_code == 429
 
 
 def test_a_disk_that_fails_says_so(ask, store, monkeypatch):
@@ -207,10 +238,7 @@ def test_what_is_not_there_is_said_to_be_missing(ask, store, data):
     assert ask(server_for(store), "HEAD", f"/recordings/{data}").status_code == 404
 
 
-def test_too_many_at_once_and_too_slow_ones_are_refused(ask, store, monkeypatch):
-    monkeypatch.setattr(uploads, "AT_ONCE", 0)
-    assert put(ask, server_for(store)).status_code == 503
-
+def test_too_slow_ones_are_refused_and_leave_their_place(ask, store, monkeypatch):
     async def slow():
         yield TEXT
         await asyncio.sleep(60)
@@ -220,10 +248,83 @@ def test_too_many_at_once_and_too_slow_ones_are_refused(ask, store, monkeypatch)
     server = server_for(store)
     assert put(ask, server, slow()).status_code == 408
     assert inside(store) == []
-    monkeypatch.undo()
-    # The place of the one before is free again.
-    monkeypatch.setattr(uploads, "AT_ONCE", 1)
+    monkeypatch.setattr(uploads, "DEADLINE", 60)
     assert put(ask, server).status_code == 200
+
+
+@pytest.mark.parametrize("way", ["in", "out"])
+def test_a_client_that_takes_its_places_leaves_the_others_theirs(store, monkeypatch, way):
+    monkeypatch.setattr(uploads, "AT_ONCE", 2)
+    monkeypatch.setattr(uploads, "OUT_AT_ONCE", 2)
+    monkeypatch.setattr(uploads, "WAITING", 4)
+    server, begun = server_for(store), []
+    data = content_name(TEXT)
+
+    async def slowly(going_on, name):
+        begun.append(name)
+        yield TEXT
+        await going_on.wait()
+
+    async def takes_slowly(going_on, name):
+        """A client that is sent a file, and takes nothing of it for a while."""
+        CLIENT.set(name[0])
+        told = []
+
+        async def take(message):
+            told.append(message)
+            if message.get("status") == 200:
+                begun.append(name)
+                await going_on.wait()
+
+        scope = {
+            "type": "http", "method": "GET", "path": f"/recordings/{data}", "query_string": b"", "headers": [],
+            "asgi": {"version": "3.0", "spec_version": "2.3"}, "http_version": "1.1", "state": {}, "root_path": "",
+        }  # fmt: skip
+        await server(scope, asyncio.Event().wait, take)
+        return told[0]["status"]
+
+    async def visit(going_on, name):
+        if way == "out":
+            return await takes_slowly(going_on, name)
+        params = {"name": name, "keep": "browser"}
+        content = slowly(going_on, name)
+        return (await asked(server, "PUT", "/recordings", client=name[0], params=params, content=content)).status_code
+
+    async def play():
+        await asked(server, "PUT", "/recordings?name=log.csv", content=TEXT)
+        going_on = asyncio.Event()
+        visits = [asyncio.create_task(visit(going_on, name)) for name in ("a1", "a2", "a3", "a4", "b1")]
+        await eventually(lambda: len(begun) == 2)
+        # Two wait, the last one of the first client finds no room even for that, the other client comes in.
+        assert sorted(begun) == ["a1", "b1"]
+        assert await visits[3] == 503
+        going_on.set()
+        return await asyncio.gather(*visits)
+
+    assert asyncio.run(play()) == [200, 200, 200, 503, 200]
+    assert begun[2:] == ["a2", "a3"]
+
+
+def test_who_waits_in_vain_is_told_when_to_try_again(ask, store, monkeypatch):
+    monkeypatch.setattr(uploads, "AT_ONCE", 0)
+    monkeypatch.setattr(uploads, "OUT_AT_ONCE", 0)
+    monkeypatch.setattr(uploads, "PATIENCE", 0.02)
+    server, before = server_for(store), refusals("busy")
+    for answer in (put(ask, server), ask(server, "GET", f"/recordings/{'0' * 32}")):
+        assert (answer.status_code, answer.headers["retry-after"]) == (503, "5")
+        assert answer.json()["rule"].startswith("must wait")
+    assert refusals("busy") == before + 2
+
+
+def test_the_figure_of_what_is_kept_is_brought_up_to_date_by_a_thread(ask, store, monkeypatch):
+    looks = []
+    monkeypatch.setattr(uploads, "SEEN_AFTER", -1)
+    monkeypatch.setattr(store, "look", lambda: looks.append(threading.current_thread().name))
+    server = server_for(store)
+    put(ask, server)
+    assert metrics.REGISTRY.get_sample_value("gainscope_recordings_kept_bytes") == store.size == UNIT
+    asyncio.run(eventually(lambda: looks))
+    assert looks[0].startswith("disk")
 
 
 # Over a network ------------------------------------------------------------------------------------------------------

@@ -33,7 +33,7 @@ def initialisation(paper: Paper, options: Mapping[str, Any], theme: str) -> Figu
     points |= {"mode": "markers", "marker": hollow(theme, 11)}
     prediction = path("Predicted for sample 3", times[2:], np.array([predicted]), titles, {})
     prediction |= {"mode": "markers", "marker": {"size": 11, "symbol": "x", "color": t["predicted"]}}
-    slope = path("Smoothed velocity", times, ray, titles, line("predicted", theme))
+    slope = path("Smoothed velocity", times, ray, titles, line("smoothed", theme))
     notes = [
         (0, f"{letter}<sub>m</sub>(1) = {observed[0]:.1f} m", observed[0], 26, 15, "left"),
         (1, f"{letter}<sub>m</sub>(2) = {observed[1]:.1f} m<br>v<sub>s</sub>(2) = {velocity:.1f} m/s", observed[1], -14,
@@ -83,10 +83,10 @@ def triangle(_: Paper, __: Mapping[str, Any], theme: str) -> Figure:
                  {"color": t["bad"], "width": 2, "dash": "6px 3px"})  # fmt: skip
     return {
         "data": [
-            _area("Underdamped", (alpha, beta), t["smoothed"]),
-            _area("Overdamped", calm, t["observed"]),
+            _area("Underdamped", (alpha, beta), t["curve-1"]),
+            _area("Overdamped", calm, t["curve-3"]),
             _area("Both poles negative", swinging, t["curve-2"]),
-            _area("One pole negative", beyond, t["predicted"]),
+            _area("One pole negative", beyond, t["curve-4"]),
             edge | {"showlegend": False}, critical, bound,
         ],
         "layout": frame(

@@ -12,7 +12,7 @@ from layouts.figures.error import running_rms, window
 from layouts.figures.papers.look import filter_line, four, frame, hover, marks, path, titled
 from layouts.theme import line, tokens
 from tracker_core import run_experiment
-from tracker_core.metrics import distances
+from tracker_core.metrics import METRICS, distances
 from tracker_core.papers import Paper
 from tracker_core.types import FloatArray
 
@@ -47,6 +47,7 @@ def tracks(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     data = [four(kind, series[kind][:, 0], series[kind][:, 1], PLANE, theme) for kind in SERIES]
     times, width = result.truth.times, window(len(result.truth.times))
     raw = float(np.sqrt(np.mean(distances(series["observed"] - series["truth"]) ** 2)))
+    measured = METRICS["observation_rmse"].title
     level = packed(np.array([raw, raw])), packed(times[[0, -1]])
     greatest = 0.0
     for kind in ("predicted", "smoothed"):
@@ -58,9 +59,9 @@ def tracks(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
             data.append(trace(kind, times, values, theme, **_below, **said, **look))
     data.append(
         {
-            "type": "scatter", "mode": "lines", "x": level[1], "y": level[0], "name": "Observed, RMS",
+            "type": "scatter", "mode": "lines", "x": level[1], "y": level[0], "name": measured,
             "line": {"color": tokens(theme)["observed"], "width": 1.5, "dash": "2px 2px"},
-            "hovertemplate": hover("Observed, RMS", *OVER_TIME), **_below,
+            "hovertemplate": hover(measured, *OVER_TIME), **_below,
         }
     )  # fmt: skip
     both = np.concatenate((series["truth"], series["observed"]))

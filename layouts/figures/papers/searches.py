@@ -12,7 +12,7 @@ import numpy as np
 from layouts.figures.common import Figure, packed, round_up
 from layouts.figures.papers.look import filter_line, frame, log_axis, marks, path, titled, upright
 from layouts.text import significant
-from layouts.theme import tokens
+from layouts.theme import SCORES, tokens
 from tracker_core.experiment import Experiment
 from tracker_core.metrics import METRICS
 from tracker_core.papers import Paper
@@ -24,9 +24,6 @@ SYMBOLS = {
     "alpha": ("α", ""), "gamma": ("γ", ""), "xi": ("ξ", ""),
     "process_variance": ("σ<sub>w</sub>²", "m²/s⁴"), "sensor_variance": ("σ<sub>v</sub>²", "m²"),
 }  # fmt: skip
-ROLES = {"tracking": "predicted", "estimation": "smoothed", "innovation": "counterpart"}
-"""Whose colour an objective has, by the first word of its name."""
-
 PLACES = ("diamond", "square")
 """What marks the least of the first and of the second objective."""
 
@@ -45,7 +42,7 @@ def search(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     data: list[dict[str, Any]] = []
     leasts, greatest = [], 0.0
     for objective, place in zip(options["objectives"], PLACES, strict=False):
-        name, look = METRICS[objective].title.split(",")[0], ROLES[objective.split("_")[0]]
+        name, look = METRICS[objective].title.split(",")[0], SCORES[objective.split("_")[0]]
         found = sweep(experiment, parameter, values.tolist(), objective, seeds)
         middle = np.median(found, axis=0)
         known = np.isfinite(middle)
@@ -127,7 +124,7 @@ def precision(paper: Paper, options: Mapping[str, Any], theme: str) -> Figure:
     data.append(marks("Least", [x for x, _ in bests], [y for _, y in bests], titles, theme) | {"showlegend": False})
     ends = np.array([float(alphas[0]), float(alphas[-1])])
     raw = {"color": tokens(theme)["observed"], "width": 1.5, "dash": "2px 2px"}
-    data.append(path("Measurement", ends, np.ones(2), titles, raw))
+    data.append(path(METRICS["observation_rmse"].title, ends, np.ones(2), titles, raw))
     return {
         "data": data,
         "layout": frame(

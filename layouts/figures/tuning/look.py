@@ -7,13 +7,13 @@ from typing import Any
 
 from layouts.figures.common import round_up
 from layouts.figures.papers.charts import typeset
-from layouts.theme import tokens
+from layouts.theme import SCORES, tokens
 from tracker_core.conventions import rewrite
 from tracker_core.fields import FIELDS
 from tracker_core.tuning import OBJECTIVES
 from tracker_core.types import GAIN_NAMES
 
-KINDS = {"tracking": "predicted", "estimation": "smoothed", "innovation": "observed", "": "counterpart"}
+KINDS = {**SCORES, "": "counterpart"}
 """The colour of a score is that of what it is the error of."""
 
 

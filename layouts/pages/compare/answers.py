@@ -8,6 +8,7 @@ from typing import Any
 from layouts.desk import Desk, Plot
 from layouts.figures import comparison
 from layouts.filter_card import SLIDERS
+from layouts.pages.compare.numbers import numbers
 from layouts.pinned import Candidate, candidates, errors_of, evidence_of, reference_of
 from layouts.rules import design_title
 from layouts.run_cards import UNDIRECTED
@@ -21,6 +22,8 @@ from tracker_core.innovations import EVIDENCE
 from tracker_core.metrics import Metric
 from tracker_core.tuning.base import has_chance
 from tracker_core.types import GAIN_NAMES
+
+NUMBERS = "compare-numbers"
 
 SAME_RUNS = (
     "Every seed would give the same run: nothing of this target and sensor is left to chance. Choose a noise that is "
@@ -75,10 +78,11 @@ def _counted(shown: Shown) -> Iterator[str]:
 
 
 def filter_row(candidate: Candidate, shown: Shown) -> dict[str, Any]:
-    """One line of the list: slot, name, gains, design, and what is wrong with it, if anything."""
+    """One line of the list: slot, name, which filter it is, gains, design, and what is wrong with it, if anything."""
     experiment = candidate.experiment
     present = shown.settings.experiment
-    row = {"slot": candidate.slot, "name": candidate.name, "gains": "", "design": "", "problem": candidate.reason}
+    row = {"slot": candidate.slot, "name": candidate.name, "key": candidate.key, "gains": "", "design": ""}
+    row["problem"] = candidate.reason
     row["reference"] = candidate.slot == reference_of(shown.settings)
     if experiment is not None:
         row["gains"] = gains_text(experiment, present.convention)
@@ -164,7 +168,7 @@ DESK = Desk(
         "compare-error": Plot(comparison.error_overlay, comparison.ERROR_MOVING, comparison.error_key),
         "compare-gains": Plot(comparison.gains_overlay, comparison.GAINS_MOVING, comparison.gains_key),
     },
-    tables={},
+    tables={NUMBERS: numbers},
     report=report,
     sliders=SLIDERS,
 )

@@ -8,7 +8,7 @@ from math import floor, isnan, log10
 from typing import Any
 from urllib.parse import parse_qsl
 
-from layouts.comparing import PRESENT
+from layouts.comparing import CHOICES, PRESENT
 from layouts.figures.forest import Entry, forest_figure
 from layouts.pinned import Candidate, candidates, reference_of
 from layouts.questions import StudyQuestion
@@ -58,8 +58,18 @@ def content(settings: Settings, filters: list[Candidate], theme: str, progress: 
     return {
         "figures": {"compare-forest": forest(entries, METRICS[figure])},
         "texts": {"runs-text": runs_text(settings, outcome, filters[reference], final=final)},
-        "rows": {"over-runs": rows(outcome, candidates(settings), filters, reference, final=final)},
+        "rows": {"over-runs": rows(outcome, filters, reference, final=final)},
+        "columns": {"over-runs": columns(filters)},
     }
+
+
+def columns(filters: Sequence[Candidate]) -> list[tuple[int, str]]:
+    """Per column of the table its slot, and which filter was run in it; empty for none.
+
+    The page has a column for every filter there can be, and shows those that there are: meanwhile other ones, perhaps.
+    """
+    keys = {candidate.slot: candidate.key for candidate in filters}
+    return [(slot, keys.get(slot, "")) for slot in CHOICES]
 
 
 def called(candidate: Candidate) -> str:
@@ -90,14 +100,11 @@ def runs_text(settings: Settings, outcome: Comparison, reference: Candidate, *, 
     )
 
 
-def rows(
-    outcome: Comparison, shown: Sequence[Candidate], filters: list[Candidate], reference: int, *, final: bool
-) -> list[list[Any]]:
-    """Per metric its title, and per filter its mean with the difference below it; last the runs that were stopped.
+def rows(outcome: Comparison, filters: list[Candidate], reference: int, *, final: bool) -> list[list[Any]]:
+    """Per metric its title, and per slot its mean with the difference below it; last the runs that were stopped.
 
     Args:
         outcome: of the study.
-        shown: every filter that has a column.
         filters: those of the study.
         reference: number of the one the others are compared with.
         final: whether the last run is in.
@@ -107,8 +114,8 @@ def rows(
     for name in FIGURES:
         metric = METRICS[name]
         row: list[Any] = [metric.title]
-        for candidate in shown:
-            place = number.get(candidate.slot)
+        for slot in CHOICES:
+            place = number.get(slot)
             if place is None:
                 row.append(["–", "", ""])
                 continue
@@ -119,7 +126,7 @@ def rows(
                     below, tone = difference_text(outcome.difference(name, place, reference), metric, final=final)
             row.append([mean_text(outcome.own(name, place), metric), tone, below])
         table.append(row)
-    stopped = [number.get(candidate.slot) for candidate in shown]
+    stopped = [number.get(slot) for slot in CHOICES]
     table.append(["Stopped runs", *("–" if place is None else f"{int(outcome.stopped[place]):,}" for place in stopped)])
     return table
 

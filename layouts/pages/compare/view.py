@@ -8,11 +8,12 @@ from functools import cache
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.comparing import FIGURE_TITLES, PRESENT
+from layouts.comparing import CHOICES, FIGURE_TITLES, PRESENT
 from layouts.components import (
     box_field,
     error_line,
     filled_table,
+    numbers_card,
     plot_card,
     save_figure,
     select_field,
@@ -21,15 +22,13 @@ from layouts.components import (
 )
 from layouts.desk import stores
 from layouts.filter_card import axis_field, close_up_card, exaggerate_field, filter_card, status_row, target_card
-from layouts.pages.compare.answers import DESK
-from layouts.pins import SLOTS
+from layouts.pages.compare.answers import DESK, NUMBERS
 from layouts.prepared import prepared
 from layouts.theme import PIN_LOOKS
 from tracker_core.batch import KINDS
 
 RUNS = (20, 100, 1_000, 10_000, 100_000, 1_000_000)
 OVER_SEEDS = "Over many seeds"
-CHOICES = (PRESENT, *SLOTS)
 
 
 def layout(**query: str) -> Component:
@@ -57,6 +56,7 @@ def _parts() -> tuple[Component, ...]:
         *_plots(),
         _metrics_card(),
         _study_card(),
+        numbers_card(NUMBERS, "gains and errors of every filter"),
         html.Div(id="compare-live", className="visually-hidden", role="status"),
     )
 

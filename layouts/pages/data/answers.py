@@ -9,10 +9,13 @@ from layouts.desk import Desk, Plot
 from layouts.figures import recording
 from layouts.figures.track import path_key
 from layouts.pages.data.file import file_shown
-from layouts.pages.data.words import counts_rows, facts_rows, findings_rows, found_text
+from layouts.pages.data.numbers import numbers
+from layouts.pages.data.words import counts_rows, facts_rows, findings_rows, found_text, gate_text
 from layouts.run_cards import cards
 from layouts.shown import Shown
 from tracker_core.checks import InputError
+
+NUMBERS = "data-numbers"
 
 
 def report(shown: Shown) -> dict[str, Any]:
@@ -27,7 +30,7 @@ def report(shown: Shown) -> dict[str, Any]:
             "counts": counts_rows(found),
             "findings": findings_rows(found),
         },
-        "texts": {"found-text": found_text(found)},
+        "texts": {"found-text": found_text(found), "gate-text": gate_text(shown.result)},
     }
 
 
@@ -47,7 +50,7 @@ DESK = Desk(
         "data-intervals": Plot(recording.intervals_figure, recording.INTERVALS_MOVING, recording.intervals_key),
         "data-innovation": Plot(recording.innovation_figure, recording.INNOVATION_MOVING, recording.innovation_key),
     },
-    tables={},
+    tables={NUMBERS: numbers},
     report=report,
     sliders={},
     beside=beside,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import box_field, error_line, select_field
+from layouts.components import about, box_field, error_line, select_field
 from layouts.reading import PARTS, SLOTS
 from tracker_core.recordings import DECIMALS, DELIMITERS, HELD
 from tracker_core.recordings.clocks import CLOCKS
@@ -100,12 +100,17 @@ def column_field(name: str, label: str, sentence: str) -> Component:
     """A menu of columns, filled in by the page's script; so is its label, which depends on the frame."""
     return html.Div(
         [
-            html.Label(label, htmlFor=f"data-{name}", id=f"data-{name}-label", className="tip",
-                       **{"data-tip": sentence}),
-            html.Select([], id=f"data-{name}", **{"data-control": name, "data-columns": "yes"}),
+            html.Label(label, htmlFor=f"data-{name}", id=f"data-{name}-label", className="tip"),
+            html.Select([], id=f"data-{name}", **_told(name), **{"data-control": name, "data-columns": "yes"}),
+            about("data", name, sentence),
         ],
         className=f"field field-{name}",
-    )  # fmt: skip
+    )
+
+
+def _told(name: str) -> dict[str, str]:
+    """What is wrong with a column stands above all of them."""
+    return {"aria-describedby": f"data-{name}-about data-reading-error"}
 
 
 def _unit_field(slot: int) -> Component:
@@ -113,12 +118,12 @@ def _unit_field(slot: int) -> Component:
     options = [html.Option(UNITS[unit], value=unit) for unit in LENGTHS]
     return html.Div(
         [
-            html.Label("Unit", htmlFor=f"data-{name}", id=f"data-{name}-label", className="tip",
-                       **{"data-tip": "The unit of length that the file uses."}),
-            html.Select(options, id=f"data-{name}", **{"data-control": name}),
+            html.Label("Unit", htmlFor=f"data-{name}", id=f"data-{name}-label", className="tip"),
+            html.Select(options, id=f"data-{name}", **_told(name), **{"data-control": name}),
+            about("data", name, "The unit of length that the file uses."),
         ],
         className=f"field field-{name}",
-    )  # fmt: skip
+    )
 
 
 def _only_field() -> Component:
@@ -126,10 +131,10 @@ def _only_field() -> Component:
     place = {"input": "list", "id": "data-read_only", "control": "read_only", "label": "Which track"}
     return html.Div(
         [
-            html.Label("Which", htmlFor="data-read_only", className="tip",
-                       **{"data-tip": "The id of the track that is read; type a part of it to search."}),
+            html.Label("Which", htmlFor="data-read_only", className="tip"),
             html.Div(className="placeholder", **{f"data-{name}": said for name, said in place.items()}),
             html.Datalist(id="data-read_only-list"),
+            about("data", "read_only", "The id of the track that is read; type a part of it to search."),
         ],
         className="field field-read_only",
-    )  # fmt: skip
+    )

@@ -62,12 +62,10 @@ def content(settings: Settings, progress: Progress[Suggestion | None]) -> dict[s
     found = progress.outcome
     if found is None:
         return {}
-    controls = controls_of(found)
     return {
         "texts": {"why": "\n".join(found.why).replace("σ_w", "σw")},
         "rows": {"estimates": noise_rows(found, settings.experiment.target.axes)},
-        "offers": {"use": {"text": "Use this filter", "controls": controls}},
-        "suggested": controls,
+        "offers": {"use": {"text": "Use this filter", "controls": controls_of(found)}},
     }
 
 

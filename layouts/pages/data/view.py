@@ -7,10 +7,10 @@ from functools import cache
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import box_field, filled_table, plot_card, study_row
+from layouts.components import box_field, filled_table, numbers_card, plot_card, study_row
 from layouts.desk import stores
 from layouts.filter_card import status_row
-from layouts.pages.data.answers import DESK
+from layouts.pages.data.answers import DESK, NUMBERS
 from layouts.pages.data.reading_card import reading_card
 from layouts.prepared import prepared
 from layouts.run_cards import run_card
@@ -75,6 +75,7 @@ def _parts() -> tuple[Component, ...]:
             "data-innovation", "Innovation", "How far every measurement lay from its prediction, over time; where "
             "there is a gate, in standard deviations and beside it.",
         ),
+        numbers_card(NUMBERS, "intervals and innovations"),
         html.Div(id="data-live", className="visually-hidden", role="status"),
     )  # fmt: skip
 
@@ -227,6 +228,7 @@ def _suggestion_card() -> Component:
                 ],
                 className="in-use",
             ),
+            html.P(id="data-gate-text", className="hint"),
             study_row("data"),
         ],
         className="card suggestion-card",
@@ -249,7 +251,10 @@ def _take_card() -> Component:
         [
             html.H2("Take it home"),
             html.Ul(rows, className="taken"),
-            html.P("Every figure can be saved as SVG or PNG by the button in its corner.", className="hint"),
+            html.P(
+                "The figures of every page but Papers are saved as SVG or PNG by the button in their corner.",
+                className="hint",
+            ),
             html.Div(id="data-take-said", role="status", className="said"),
             html.Div(id="data-take-error", role="alert", className="field-error"),
         ],

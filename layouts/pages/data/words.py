@@ -6,6 +6,7 @@ import numpy as np
 
 from layouts.text import significant
 from tracker_core import Result
+from tracker_core.consistency import reject_probability
 from tracker_core.recordings import KINDS, Recorded
 
 LISTED = 200
@@ -13,6 +14,9 @@ LISTED = 200
 
 ASIDE = 0.001
 """Share of the interval from which on it is said how far stamps lie beside their samples."""
+
+OFTEN, NEVER = 0.05, 1e-9
+"""Shares of right measurements that are refused: told in percent beyond the first, not at all below the second."""
 
 
 def found_text(found: Recorded) -> str:
@@ -68,6 +72,18 @@ def facts_rows(found: Recorded, result: Result) -> list[list[str]]:
         rows.append(["Origin", f"{latitude:.6f}°, {longitude:.6f}°, {altitude:.1f} m"])
     truth = "known: errors are told" if result.truth.known else "not known: innovations take its place"
     return [*rows, ["Truth", truth]]
+
+
+def gate_text(result: Result) -> str:
+    """How often the gate refuses what is right, in a sentence; empty without a gate."""
+    if result.gate is None:
+        return ""
+    share = reject_probability(result.gate.width, len(result.scenario.axes))
+    if share > OFTEN:
+        said = f"{significant(100 * share, 2)} % of the right measurements"
+    else:
+        said = f"one right measurement in {float(f'{1 / share:.2g}'):,.0f}" if share > NEVER else "no right measurement"
+    return f"Where errors are Gaussian with this σ, the gate refuses {said}."
 
 
 def _interval(found: Recorded) -> str:

@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Any
 
-from dash.development.base_component import Component
-
-from layouts.components import table
 from layouts.desk import Desk, Plot
 from layouts.figures import error, gains, stability_map, track
 from layouts.figures.handles import gains_handle
 from layouts.figures.stability_map import ALPHA_BETA
 from layouts.filter_card import SLIDERS
+from layouts.numbers import run_numbers
 from layouts.readouts import slice_text
 from layouts.rules import design_title
 from layouts.run_cards import cards
 from layouts.shown import Shown
-from layouts.state import Settings
 from layouts.text import metric_text, significant
 from tracker_core import METRICS, Result
-from tracker_core.exports import track_columns
-from tracker_core.innovations import EVIDENCE
-from tracker_core.metrics import Metric
-from tracker_core.types import STATE_NAMES
 
 NUMBERS = "explore-numbers"
 
@@ -52,11 +44,11 @@ def compared_rows(shown: Shown) -> list[list[Any]]:
     result, beside = shown.result, shown.beside
     if not result.experiment.hindsight:
         return []
-    raw = result.metrics.observation_rmse
+    measured, raw = METRICS["observation_rmse"], result.metrics.observation_rmse
     rows = [["◆ Oracle", *_compared(result)]]
     if beside is not None:
         rows.append(["Causal", *_compared(beside)])
-    rows.append(["Raw measurement", "–", metric_text(METRICS["observation_rmse"], raw), "–"])
+    rows.append([measured.title, "–", metric_text(measured, raw), "–"])
     return rows
 
 
@@ -91,39 +83,6 @@ def _gained(result: Result, raw: float) -> str:
     return f"removes {significant(100 * (1 - ratio), 3)} % of the measurement's error."
 
 
-def numbers(result: Result, settings: Settings) -> list[Component]:
-    """The tables: every metric jointly and per axis, and the samples around the one looked at."""
-    axes, several = result.scenario.axes, len(result.scenario.axes) > 1
-    columns = [result.metrics.to_dict(), *(metrics.to_dict() for metrics in result.axis_metrics() if several)]
-    evidence = result.evidence()
-    said = [evidence.to_dict(), *(part.to_dict() for part in evidence.axes if several)]
-    rows = track.close_up_rows(len(result.truth.times), settings.view.cursor(len(result.truth.times)))
-    cells = {
-        name: values[rows]
-        for name, values in track_columns(result).items()
-        if not any(state in name for state in STATE_NAMES[1:])
-    }
-    head = [name.replace("_", " ") for name in cells]
-    sample_rows = [
-        [f"{int(row[0]):,}", *(significant(value, 7) for value in row[1:])]
-        for row in zip(*(values.tolist() for values in cells.values()), strict=True)
-    ]
-    return [
-        table("Metrics", ["", "joint", *(axes if several else ())], _metric_rows(METRICS, columns)),
-        table("What the innovations say", ["", "joint", *(axes if several else ())], _metric_rows(EVIDENCE, said)),
-        table("Samples of the close-up (m, s)", head, sample_rows),
-    ]
-
-
-def _metric_rows(metrics: Mapping[str, Metric], columns: Sequence[Mapping[str, float | None]]) -> list[list[str]]:
-    """Every metric in each of the columns."""
-    return [
-        [f"{metric.title}" + (f" ({metric.unit})" if metric.unit else "")]
-        + ["–" if (value := column[name]) is None else significant(value, 6) for column in columns]
-        for name, metric in metrics.items()
-    ]
-
-
 DESK = Desk(
     page="explore",
     plots={
@@ -134,7 +93,7 @@ DESK = Desk(
         "explore-error": Plot(error.error_figure, error.MOVING, error.error_key),
         "explore-stability": Plot(stability_map.small_map, stability_map.SMALL_MOVING, stability_map.small_key),
     },
-    tables={NUMBERS: numbers},
+    tables={NUMBERS: run_numbers},
     report=report,
     sliders=SLIDERS,
 )

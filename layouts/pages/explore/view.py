@@ -7,7 +7,7 @@ from functools import cache
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import filled_table, plot_card, select_field, tip
+from layouts.components import filled_table, numbers_card, plot_card, select_field, tip
 from layouts.desk import stores
 from layouts.filter_card import (
     axis_field,
@@ -43,7 +43,7 @@ def _parts() -> tuple[Component, ...]:
         status_row("explore"),
         run_card("explore"),
         *_plots(),
-        _numbers_card(),
+        numbers_card(NUMBERS, "every metric per axis, and the samples of the close-up"),
         html.Div(id="explore-live", className="visually-hidden", role="status"),
     )
 
@@ -96,19 +96,4 @@ def _compared_card() -> Component:
         ],
         className="card compared-card",
         **{"aria-label": "The oracle beside its causal counterpart and the raw measurement"},
-    )
-
-
-def _numbers_card() -> Component:
-    return html.Section(
-        html.Details(
-            [
-                html.Summary("Numbers: every metric per axis, and the samples of the close-up"),
-                html.Div(id=NUMBERS, className="numbers"),
-            ],
-            id="explore-numbers-details",
-            **{"data-tables": NUMBERS},
-        ),
-        className="card numbers-card",
-        **{"aria-label": "Numbers"},
     )

@@ -18,8 +18,8 @@ from dash import ClientsideFunction, Dash, Input, Output
 from fastapi import FastAPI, Request
 from fastapi.responses import Response
 
-from layouts.figures.common import Figure
 from layouts.figures.papers import chart_figure, illustration_figure
+from layouts.figures.summary import summary_rows
 from layouts.pages.papers.tables import cell_content, reasons
 from layouts.theme import THEMES
 from server.problem import problem
@@ -93,7 +93,8 @@ def answer(paper: str, part: str, options: Mapping[str, str]) -> dict[str, Any]:
         options: `theme`; for a table how many runs are `wanted` in the end.
 
     Returns:
-        For a table its `cells`, the `reasons` of their verdicts, `runs` taken and `wanted`; a `figure`; or a `proof`.
+        For a table its `cells`, the `reasons` of their verdicts, `runs` taken and `wanted`; a `figure` with `rows` of
+        what it shows; or a `proof`.
 
     Raises:
         InputError: for a part that there is not, or a number of runs out of range.
@@ -102,7 +103,7 @@ def answer(paper: str, part: str, options: Mapping[str, str]) -> dict[str, Any]:
     if kind == "table":
         return _table(document, document.table(name), options)
     theme = check_choice("theme", options.get("theme"), THEMES)
-    return {"figure": _figure(paper, name, theme)} if kind == "figure" else {"proof": _proof(paper, int(name), theme)}
+    return _figure(paper, name, theme) if kind == "figure" else {"proof": _proof(paper, int(name), theme)}
 
 
 def _named(paper: str, part: str) -> tuple[Paper, str, str]:
@@ -142,9 +143,10 @@ def _content(paper: str, name: str, runs: int | None) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=200)
-def _figure(paper: str, name: str, theme: str) -> Figure:
+def _figure(paper: str, name: str, theme: str) -> dict[str, Any]:
     found = papers()[paper]
-    return illustration_figure(found, next(figure for figure in found.figures if figure.name == name), theme)
+    figure = illustration_figure(found, next(figure for figure in found.figures if figure.name == name), theme)
+    return {"figure": figure, "rows": summary_rows(figure)}
 
 
 @lru_cache(maxsize=200)

@@ -9,8 +9,9 @@ from typing import Any
 from dash import dcc, html
 from dash.development.base_component import Component
 
-from layouts.components import GRAPH_CONFIG, typeset
+from layouts.components import GRAPH_CONFIG, filled_table, typeset
 from layouts.figures.papers import KINDS
+from layouts.figures.summary import HEAD
 from layouts.pages.papers.tables import KEYS, table_view, verdict_mark
 from layouts.prepared import prepared
 from layouts.state import Settings, to_query
@@ -209,6 +210,10 @@ def _figure(paper: Paper, figure: Illustration) -> Component:
                 **{"data-part": part, "aria-label": f"{figure.title}. {figure.note}"},
             ),
             html.P(typeset(figure.note), className="hint"),
+            html.Details(
+                [html.Summary("The figure in numbers"), filled_table(f"{part}-rows", f"Series of: {heading}", HEAD)],
+                className="figure-numbers",
+            ),
             _links(paper, figure.options.get("runs", ())),
         ],
         id=part,

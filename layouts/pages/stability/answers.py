@@ -12,6 +12,7 @@ from layouts.desk import Desk, Plot
 from layouts.figures import poles, responses, stability_map, track
 from layouts.figures.handles import gains_handle, pole_handles, pole_text
 from layouts.filter_card import SLIDERS
+from layouts.pages.stability.responses import response_tables
 from layouts.pinned import last_pinned, merits_of
 from layouts.readouts import LEAST_DISTANCE
 from layouts.scenes import RegionPicture
@@ -58,7 +59,7 @@ def cards(result: Result, settings: Settings) -> dict[str, list[str]]:
     for name in CARDS:
         change, tone = change_text(MERITS[name], figures[name], pinned[name]) if pinned else ("", "")
         value = figures[name]
-        if name in limits and value is not None and abs(value) > limits[name]:
+        if name in limits and value is not None and value > limits[name]:
             change, tone = f"over your {metric_text(MERITS[name], limits[name])}", "worse"
         shown[name] = [metric_text(MERITS[name], value), change, tone]
     distance = figures["optimal_distance"]
@@ -109,7 +110,12 @@ def verdict_cell(condition: Condition) -> list[str]:
 
 
 def numbers(result: Result, settings: Settings) -> list[Component]:
-    """The tables: poles, variance of every state, and whether the run looks like the model that suits the gains."""
+    """The tables: what follows from the gains, and what they make of the inputs that are drawn."""
+    return [*_merit_tables(result, settings), *response_tables(result, settings)]
+
+
+def _merit_tables(result: Result, settings: Settings) -> list[Component]:
+    """Poles, variance of every state, and whether the run looks like the model that suits the gains."""
     interval = settings.experiment.interval
     pole_rows = [
         [pole_text(pole), significant(abs(pole), 5), significant(damping_ratio(pole), 4)]
@@ -146,7 +152,8 @@ def _consistency(result: Result) -> list[Component]:
     stds = np.array(result.noise_std)
     # What the start has left behind is none of the model's.
     steady = slice(int(settling), None)
-    nis = average(innovation_squared(result.track.believed[steady] / stds, model.innovation).sum(axis=1), axes)
+    squares = innovation_squared(result.track.believed[steady] / stds, model.innovation).sum(axis=1)
+    nis = average(squares, axes, correlation=model.correlation)
     errors = (result.track.smoothed - result.truth.states[:, :, :order]) * experiment.interval ** np.arange(order)
     nees = average(error_squared(errors[steady] / stds[:, None], model.smoothed).ravel(), order)
     if not nis.count:
@@ -161,7 +168,7 @@ def _consistency(result: Result) -> list[Component]:
         rows.append(["NEES, errors of the state", significant(nees.mean), f"{order} on average", times])
     caption = (
         f"Consistency with the model of tracking index Λ = {significant(index, 3)}, after the start; "
-        "the interval is that of uncorrelated innovations, which only optimal gains have"
+        "the interval allows for the correlation that gains which are not optimal leave in the innovations"
     )
     return [table(caption, ["", "mean", "if the model is right", ""], rows)]
 

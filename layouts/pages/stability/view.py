@@ -7,7 +7,15 @@ from functools import cache
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import box_field, filled_table, plot_card, sample_cursor, scene_card, select_field
+from layouts.components import (
+    box_field,
+    filled_table,
+    numbers_card,
+    plot_card,
+    sample_cursor,
+    scene_card,
+    select_field,
+)
 from layouts.desk import stores
 from layouts.filter_card import filter_card, metrics_card, status_row
 from layouts.pages.stability.answers import CARDS, DESK, NUMBERS
@@ -61,7 +69,7 @@ def _parts() -> tuple[Component, ...]:
             [html.Span(id="stability-space", className="hint")],
         ),
         plot_card("stability-path", "Path", "The path of the target: true, observed, predicted and smoothed."),
-        _numbers_card(),
+        numbers_card(NUMBERS, "poles, variance of every state, consistency of the run, responses"),
         html.Div(id="stability-live", className="visually-hidden", role="status"),
     )
 
@@ -100,7 +108,7 @@ def _plots() -> list[Component]:
             [html.Span(id="stability-damping", className="hint")],
         ),
         plot_card(
-            "stability-response", "Response", "The filter's answer to a step, ramp or parabola, and what is missing.",
+            "stability-response", "Response", "The filter's answer to a power of the time, and what is missing.",
             [select_field("stability", "input", "Input", "What the measured position does from time zero on.",
                           [(name, name) for name in INPUTS])],
         ),
@@ -129,19 +137,4 @@ def _tests_card() -> Component:
             ),
         ],
         className="card tests-card",
-    )
-
-
-def _numbers_card() -> Component:
-    return html.Section(
-        html.Details(
-            [
-                html.Summary("Numbers: poles, variance of every state, consistency of the run"),
-                html.Div(id=NUMBERS, className="numbers"),
-            ],
-            id="stability-numbers-details",
-            **{"data-tables": NUMBERS},
-        ),
-        className="card numbers-card",
-        **{"aria-label": "Numbers"},
     )

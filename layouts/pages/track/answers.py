@@ -9,8 +9,11 @@ import numpy as np
 from layouts.desk import Desk, Plot
 from layouts.figures import error, track
 from layouts.filter_card import SLIDERS
+from layouts.numbers import run_numbers
 from layouts.scenes import TrackPicture
 from layouts.shown import Shown
+
+NUMBERS = "track-numbers"
 
 
 def report(shown: Shown) -> dict[str, Any]:
@@ -56,7 +59,7 @@ DESK = Desk(
         "track-path": Plot(track.path_figure, track.PATH_MOVING, track.path_key, often=True),
         "track-error": Plot(error.error_figure, error.MOVING, error.error_key),
     },
-    tables={},
+    tables={NUMBERS: run_numbers},
     report=report,
     sliders=SLIDERS,
     picture=picture,

@@ -7,10 +7,10 @@ from functools import cache
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import plot_card, scene_card, select_field, slider
+from layouts.components import numbers_card, plot_card, sample_inputs, scene_card, select_field
 from layouts.desk import stores
 from layouts.filter_card import error_card, filter_card, status_row, target_card
-from layouts.pages.track.answers import DESK
+from layouts.pages.track.answers import DESK, NUMBERS
 from layouts.prepared import prepared
 from layouts.state import EXAGGERATIONS
 
@@ -48,6 +48,7 @@ def _parts() -> tuple[Component, ...]:
         _scene(),
         plot_card("track-path", "Path", "The path of the target: true, observed, predicted and smoothed."),
         error_card("track"),
+        numbers_card(NUMBERS, "every metric per axis, and the samples around the chosen one"),
         html.Div(id="track-live", className="visually-hidden", role="status"),
     )
 
@@ -68,8 +69,7 @@ def _scene() -> Component:
                 [html.Option(title, value=value, selected=value == "20") for value, title in SPEEDS],
                 **{"data-part": "speed", "aria-label": "Speed"},
             ),
-            slider("track", "at", "Sample"),
-            html.Output(id="track-at-text"),
+            *sample_inputs("track", "Sample"),
         ],
         className="player",
     )

@@ -12,7 +12,7 @@ from layouts.figures.common import Figure
 from layouts.figures.tuning.map import map_figure
 from layouts.figures.tuning.search import search_figure
 from layouts.figures.tuning.sweep import sweep_figure
-from layouts.pages.tune import words
+from layouts.pages.tune import numbers, words
 from layouts.pages.tune.present import present_scores, present_value
 from layouts.pages.tune.rivals import DIGITS, gains_controls, rival_rows
 from layouts.pages.tune.studies import Study, study_of
@@ -49,27 +49,33 @@ def content(study: Study, settings: Settings, theme: str, progress: Progress[Any
     """The study as it stands.
 
     Returns:
-        `figures` by the id of their place, `texts` by name, `rows` of the table of a search, and `offers`: what a
-        button says and the controls that it sets.
+        `figures` by the id of their place, `texts` by name, `rows` of tables: of the rivals in a search and of what
+        the plot shows, and `offers`: what a button says and the controls that it sets.
     """
     outcome, complete = progress.outcome, progress.done >= progress.of
-    rows: list[list[Any]] = []
+    rows: dict[str, list[list[Any]]] = {name: [] for name in ("rivals", *numbers.TABLES)}
     figure: Figure
     if isinstance(study, Sweep):
         # Drawing the runs anew takes its time.
         best = outcome.optimum()
         figure = sweep_figure(outcome, best, theme, present_value(settings.experiment, study.parameter))
+        rows["told-values"] = numbers.value_rows(outcome, best)
         texts, controls = _sweep(study, settings, outcome, best, complete=complete)
     elif isinstance(study, Map):
         figure = map_figure(study, outcome, theme)
+        rows["told-cells"] = numbers.cell_rows(study, outcome)
         texts, controls = _map(study, settings, outcome, complete=complete)
     else:
-        figure, rows = search_figure(outcome, theme), rival_rows(outcome, settings.experiment)
+        figure = search_figure(outcome, theme)
+        rows |= {
+            "rivals": rival_rows(outcome, settings.experiment),
+            "told-generations": numbers.generation_rows(outcome),
+        }
         texts, controls = _search(settings, outcome, complete=complete)
     return {
         "figures": {PLOT: figure},
         "texts": {"best": "", "cost": "", "runs": _runs(study, outcome), **texts},
-        "rows": {"rivals": rows},
+        "rows": rows,
         "offers": {"use": None if controls is None else {"text": "Use this", "controls": controls}},
     }
 

@@ -14,7 +14,7 @@ from layouts.pages.tune.studies import by_hand
 from layouts.text import significant
 from tracker_core import Experiment, Gains
 from tracker_core.fields import FIELDS
-from tracker_core.statistics import Interval, mean_interval
+from tracker_core.statistics import Interval, mean_interval, percent_more
 from tracker_core.tuning import SearchOutcome
 from tracker_core.types import GAIN_NAMES
 
@@ -93,9 +93,5 @@ def _present(outcome: SearchOutcome, present: Experiment) -> tuple[Interval, Int
     if scores is None:
         return None
     found, own = scores.reshape(2, -1)
-    return _mean(own), _mean(100 * (own - found) / found.mean())
-
-
-def _mean(values: np.ndarray) -> Interval:
-    mean, width = map(float, mean_interval(values))
-    return Interval(mean, mean - width, mean + width)
+    mean, width = map(float, mean_interval(own))
+    return Interval(mean, mean - width, mean + width), percent_more(own, found)

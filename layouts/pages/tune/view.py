@@ -21,6 +21,7 @@ from layouts.desk import stores
 from layouts.filter_card import error_card, filter_card, status_row, target_card
 from layouts.pages.tune.answers import DESK
 from layouts.pages.tune.content import PLOT
+from layouts.pages.tune.numbers import TABLES
 from layouts.pages.tune.rivals import HEAD
 from layouts.prepared import prepared
 from layouts.run_cards import run_card
@@ -94,6 +95,7 @@ def _study_card() -> Component:
                 **{"aria-label": PLOT_LABEL},
             ),
             _results(),
+            _numbers(),
             html.Div([html.Span(id="tune-runs", className="hint"), study_row("tune")], className="study-progress"),
         ],
         className="card study-card",
@@ -116,6 +118,12 @@ def _results() -> Component:
         ],
         className="study-results",
     )
+
+
+def _numbers() -> Component:
+    """Opens to the table of what the plot shows; there is one for each kind of study."""
+    tables = [filled_table(f"tune-{name}", caption, head) for name, (caption, head) in TABLES.items()]
+    return html.Details([html.Summary("Numbers of the plot"), *tables], className="study-numbers")
 
 
 def _head() -> list[str | Component]:
