@@ -29,10 +29,10 @@ HEAD_SECONDS = 10.0
 not wait longer for its first ones."""
 
 BESIDE_BYTES = 64 * 1024
-"""Of what comes of a request and is not its body; what ends is measured more closely, see `screen`."""
+"""Of what comes of a request beside its body; what ends is measured more closely, see `screen`."""
 
-BESIDE_EACH = 8
-"""Bytes more for every byte of the body: one that comes alone, in a chunk, has five beside it."""
+FOR_EACH = 8
+"""Bytes that may come for each of the body: one that comes alone, in a chunk, takes six."""
 
 MOST_AHEAD = 8
 """Requests of one connection that are not answered yet. Browsers and proxies wait for each answer."""
@@ -126,9 +126,9 @@ class Wire(HttpToolsProtocol):
         self._place: Places | None = None
         # Where in a request the last byte stood, and whether no more are read.
         self._in_head = self._in_body = self._is_deaf = False
-        # Of the request that is coming: whether it began in what was read last, bytes that are not its body, bytes of
-        # its body, of these in what was read last, and characters of its headers.
-        self._is_new, self._beside, self._body, self._brought, self._named = False, 0, 0, 0, 0
+        # Of the request that is coming: whether it began in what was read last, bytes of all that came since then, of
+        # its body, and of its headers.
+        self._is_new, self._come, self._body, self._named = False, 0, 0, 0
         self._ending: asyncio.TimerHandle | None = None
 
     # Connection ------------------------------------------------------------------------------------------------------
@@ -163,7 +163,7 @@ class Wire(HttpToolsProtocol):
         if self._is_deaf:
             return
         self._unset_keepalive_if_required()
-        self._is_new, self._brought = False, 0
+        self._is_new = False
         try:
             self.parser.feed_data(data)
         except httptools.HttpParserUpgrade:
@@ -178,15 +178,15 @@ class Wire(HttpToolsProtocol):
             return
         if not self._is_new:
             # Where one request ends in it and the next begins, nobody knows what belongs to which.
-            self._beside += len(data) - self._brought
-        if (self._in_head or self._in_body) and self._beside > BESIDE_BYTES + BESIDE_EACH * self._body:
+            self._come += len(data)
+        if (self._in_head or self._in_body) and self._come > BESIDE_BYTES + FOR_EACH * self._body:
             self._refuse(HEAD_TOO_LARGE if self._in_head else PADDED)
         self._settle()
 
     def on_message_begin(self) -> None:
         """A request begins."""
         self._in_head = self._is_new = True
-        self._beside = self._body = self._named = 0
+        self._come = self._body = self._named = 0
         super().on_message_begin()
 
     def on_header(self, name: bytes, value: bytes) -> None:
@@ -207,7 +207,6 @@ class Wire(HttpToolsProtocol):
 
     def on_body(self, body: bytes) -> None:
         """A part of its body."""
-        self._brought += len(body)
         self._body += len(body)
         super().on_body(body)
 
@@ -344,7 +343,7 @@ class Wire(HttpToolsProtocol):
         self._ending = None
         if self._in_head or self._in_body:
             what = "headers" if self._in_head else "body"
-            error = InputError(what, f"must come in full within {HEAD_SECONDS:g} s", f"{self._beside} bytes")
+            error = InputError(what, f"must come in full within {HEAD_SECONDS:g} s", "a part")
             self._refuse(Refusal("slow", error, 408))
         else:
             # Browsers open connections ahead that they may never need.

@@ -31,6 +31,10 @@ def test_from_nothing_to_three_pins_that_are_named_used_let_go_and_undone(open_p
     settle(page)
     assert "name:Optimal,+with:+%3Ci%3E" in page.url
     expect(page.locator('[data-heading="2"]').first).to_have_text("Optimal, with: <i>")
+    # What counts for nothing any more stays as it was left here, and is as usual on another page.
+    page.fill("#compare-tracking_index", "0.3")
+    page.press("#compare-tracking_index", "Enter")
+    settle(page)
     page.click('button[data-pinning="use"][data-slot="1"]')
     settle(page)
     assert page.input_value("#compare-xi") == "0.5"

@@ -342,10 +342,11 @@ def test_a_trial_that_no_limit_stops_goes_on_behind_the_stop(start):
 
 
 @pytest.mark.parametrize("start", ["expanding", "first"])
-def test_a_gain_of_one_needs_no_growing_memory(tmp_path, start):
-    seen, options = recording(5, holes=0, outliers=0), {"start": "expanding"}
+@pytest.mark.parametrize("gate", [None, Gate(4.0, (3.0,), 0.05, 0.4)], ids=["open", "gated"])
+def test_a_gain_of_one_needs_no_growing_memory(tmp_path, start, gate):
+    seen, options = recording(5, holes=0), {"start": "expanding", "gate": gate}
     gains = Gains((1.0, 0.5))
-    write(tmp_path, describe(seen, gains, axes=("x", "y"), start=start))
+    write(tmp_path, describe(seen, gains, axes=("x", "y"), start=start, gate=gate))
     assert_same(run_python(tmp_path, seen), run_filter(seen, gains, **options), seen.positions)
 
 

@@ -299,6 +299,43 @@ def test_so_many_messages_of_a_client_are_worked_on_at_a_time(monkeypatch, done)
     asyncio.run(play())
 
 
+def test_whoever_asks_waits_for_no_more_of_another_client_than_may_be_worked_on(monkeypatch):
+    """Also where the event loop computes the answers itself, and no message ever waits to be worked on."""
+    monkeypatch.setattr(channel, "PACE", Rate(1e9, 1e9))
+    monkeypatch.setattr(channel, "PACE_OF_ALL", Rate(1e9, 1e9))
+    monkeypatch.setattr(channel, "AT_A_TIME", 8)
+
+    async def play():
+        hearing, computed = Hearing(), []
+
+        async def answering(socket, client):
+            while True:
+                await socket.receive()
+                computed.append(client)
+                await socket.send({"type": "websocket.send"})
+
+        many = [speaking(hearing, most=10**6) for _ in range(50)]
+        questions, answered = asyncio.Queue(), asyncio.Queue()
+        one = Channel({"type": "websocket"}, questions.get, answered.put, None, "2", "192.0.2.2", hearing)
+        tasks = [asyncio.create_task(answering(socket, "many")) for socket in many]
+        tasks.append(asyncio.create_task(answering(one, "one")))
+        between = []
+        # A question may come at any moment of what goes on for the others.
+        for moment in range(10):
+            for _ in range(10 + moment):
+                await asyncio.sleep(0)
+            computed.clear()
+            questions.put_nowait({"type": "websocket.receive"})
+            await answered.get()
+            between.append(computed.index("one"))
+        for task in tasks:
+            task.cancel()
+        return between
+
+    between = asyncio.run(play())
+    assert 0 < max(between) <= 8
+
+
 def test_between_two_messages_of_one_socket_others_have_their_turn():
     async def play():
         loop, turns = asyncio.get_running_loop(), [0]

@@ -20,8 +20,10 @@ SETTINGS = Settings(body_kb=16, requests_per_second=1e6, requests_at_once=1_000_
 SHORT = 0.1
 """Seconds for which tests let something be waited for."""
 
-ASKED = threading.Event()
-"""Somebody wants a socket that is never opened."""
+REACHED = threading.Event()
+"""The application has been asked for a socket that it never opens, or has all pieces of a body but the end."""
+
+PIECES = 16_000
 
 ASK = b"GET / HTTP/1.1\r\nHost: a\r\n\r\n"
 POST = b"POST %b HTTP/1.1\r\nHost: a\r\n%b\r\n\r\n"
@@ -45,6 +47,15 @@ def made(settings=SETTINGS):
     async def body(request: Request):
         return {"bytes": len(await request.body())}
 
+    @app.post("/pieces")
+    async def pieces(request: Request):
+        size = 0
+        async for part in request.stream():
+            size += len(part)
+            if size == PIECES:
+                REACHED.set()
+        return {"bytes": size}
+
     @app.post("/names")
     async def names(request: Request):
         await request.body()
@@ -66,7 +77,7 @@ def made(settings=SETTINGS):
 
     @app.websocket("/never")
     async def never(websocket: WebSocket):
-        ASKED.set()
+        REACHED.set()
         while (await websocket.receive())["type"] != "websocket.disconnect":
             pass
 
@@ -201,9 +212,9 @@ def test_a_socket_that_is_not_opened_in_time_is_refused(connection, monkeypatch,
 
 
 def test_who_speaks_before_the_socket_is_open_is_not_heard(connection, caplog):
-    ASKED.clear()
+    REACHED.clear()
     connection.sendall(OPEN.replace(b"/echo", b"/never"))
-    assert ASKED.wait(20)
+    assert REACHED.wait(20)
     connection.sendall(b"\xff" * 100)
     assert until_it_ends(connection) == b""
     assert not caplog.records
@@ -307,9 +318,12 @@ def test_what_is_beside_a_body_is_bounded(connection, counted, beside):
 
 
 def test_a_body_may_come_in_the_smallest_pieces(connection):
-    begun(connection)
-    connection.sendall(b"1\r\nx\r\n" * 16_000 + b"0\r\n\r\n")
-    assert one_answer(connection)[0][2] == b'{"bytes":16000}'
+    REACHED.clear()
+    begun(connection, b"/pieces")
+    connection.sendall(b"1\r\nx\r\n" * PIECES)
+    assert REACHED.wait(20)
+    connection.sendall(b"0\r\n\r\n")
+    assert one_answer(connection)[0][2] == b'{"bytes":%d}' % PIECES
 
 
 def test_what_follows_a_body_does_not_count_as_headers(connection):
