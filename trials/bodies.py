@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import deque
 from collections.abc import Callable
 from random import Random
 from typing import Any
@@ -18,6 +19,9 @@ ODD: tuple[Any, ...] = (
 NAMES = ("", "a", "figure", "__class__", "constructor", "explore-answer", "{}", "..", "x" * 300, "\x00", "é")
 """What stands in the place of a name."""
 
+MOST = 20_000
+"""Places of a value that is changed once more: what is repeated again and again has millions."""
+
 Place = tuple[Any, Any]
 """A list or a dictionary, and an index or a key of it."""
 
@@ -25,9 +29,9 @@ Place = tuple[Any, Any]
 def places(value: Any) -> list[Place]:
     """All places in a value, from the outside inwards."""
     found: list[Place] = []
-    waiting = [value]
+    waiting = deque([value])
     while waiting:
-        part = waiting.pop(0)
+        part = waiting.popleft()
         keys = list(part) if isinstance(part, dict) else range(len(part)) if isinstance(part, list) else []
         found += [(part, key) for key in keys]
         waiting += [part[key] for key in keys]
@@ -92,7 +96,7 @@ def changed(random: Random, value: Any) -> Any:
     """A value with one to four changes somewhere in it."""
     value = _copy(value)
     for _ in range(random.choice((1, 1, 1, 2, 4))):
-        if places(value):
+        if 0 < len(places(value)) < MOST:
             random.choice(CHANGES)(random, value)
     return value
 
