@@ -37,7 +37,7 @@
       made.id = id;
       made.dataset.control = control;
       made.setAttribute("aria-label", label);
-      // As layouts/components.py has it of menus.
+      // As layouts/inputs.py has it of menus.
       const told = ["about", "error"].map((part) => `${page.name}-${control}-${part}`).filter((part) => document.getElementById(part));
       if (told.length) made.setAttribute("aria-describedby", told.join(" "));
       if (input === "slider") {

@@ -24,6 +24,8 @@
       askedQuery: null,
       shownQuery: null, // what the study that is shown was asked with
       errors: [],
+      share: 0, // of its work that is done
+      step: "", // that a screen reader was told of last
       figures: new Set(),
     };
     connect();
@@ -112,11 +114,9 @@
     const content = Object.keys(message.content || {}).length ? message.content : null;
     if (content) study.shownQuery = study.askedQuery;
     markStale();
-    const share = message.of ? message.done / message.of : 0;
-    if (message.of) study.share = share;
-    const bar = part("bar");
-    bar.value = message.state === "done" ? 1 : study.share || 0;
-    say(message.state, words(message, share));
+    if (message.of) study.share = message.done / message.of;
+    part("bar").value = message.state === "done" ? 1 : study.share;
+    say(message.state, words(message));
     if (content) show(content);
   }
 
@@ -132,8 +132,8 @@
     }
   }
 
-  function words({ state, place, seconds, remaining, minutes }, share) {
-    const percent = `${Math.floor(100 * (state === "stopped" ? study.share || 0 : share))} %`;
+  function words({ state, place, seconds, remaining, minutes }) {
+    const percent = `${Math.floor(100 * study.share)} %`;
     switch (state) {
       case "queued":
         return `Other studies are running; place ${place} in the queue.`;
@@ -167,7 +167,7 @@
     const line = part("text");
     if (line.textContent !== text) line.textContent = text;
     // While it runs a screen reader is told of quarters.
-    const step = state === "running" ? Math.floor(4 * (study.share || 0)) : text;
+    const step = state === "running" ? Math.floor(4 * study.share) : text;
     if (step && step !== study.step) part("said").textContent = text;
     study.step = step;
     const going = state === "running" || state === "queued";
@@ -219,7 +219,7 @@
     if (!frame.firstElementChild) frame.append(document.createElement("div"));
     const plot = frame.firstElementChild;
     mine.figures.add(plot);
-    await window.Plotly.react(plot, figure.data, figure.layout, mine.config || CONFIG);
+    await window.Plotly.react(plot, figure.data, figure.layout, CONFIG);
     document.dispatchEvent(new CustomEvent("studydrawn", { detail: { page: mine.page, id, plot } }));
   }
 

@@ -1,5 +1,5 @@
 // What explains a term or a field, shown above it: to the pointer on its name, and to the keyboard on its control. Escape
-// takes it away, and the pointer may go to it. Screen readers are told the same with the control (layouts/components.py).
+// takes it away, and the pointer may go to it. Screen readers are told the same with the control (layouts/inputs.py).
 (function () {
   "use strict";
 

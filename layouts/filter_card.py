@@ -8,20 +8,18 @@ from typing import Any
 from dash import dcc, html
 from dash.development.base_component import Component
 
-from layouts.components import (
+from layouts.components import metric_card, plot_card, tip
+from layouts.inputs import (
     about,
     box,
     box_field,
     error_line,
-    metric_card,
     parameter_field,
-    plot_card,
     sample_cursor,
     select_field,
     slider,
     slider_field,
     switch_field,
-    tip,
 )
 from layouts.state import EXAGGERATIONS
 from tracker_core import CONVENTIONS, DESIGNS, SCENARIOS, STARTS
@@ -198,22 +196,7 @@ def target_card(page: str) -> Component:
             html.P(id=f"{page}-level", className="formula level"),
             html.Div(
                 [
-                    html.Div(
-                        [
-                            html.Label("Seed", htmlFor=f"{page}-seed", className="tip"),
-                            html.Div(
-                                [
-                                    box(page, "seed", "Seed"),
-                                    html.Button("New", id=f"{page}-new-seed", type="button", className="quiet",
-                                                **{"aria-label": "Draw new noise: next seed"}),
-                                ],
-                                className="with-button",
-                            ),
-                            about(page, "seed", FIELDS["seed"].sentence),
-                            error_line(page, "seed"),
-                        ],
-                        className="field field-seed",
-                    ),
+                    _seed_field(page),
                     select_field(page, *_field("start"), [(s.name, s.title) for s in STARTS.values()]),
                 ],
                 className="pair",
@@ -221,6 +204,21 @@ def target_card(page: str) -> Component:
         ],
         className="card",
     )  # fmt: skip
+
+
+def _seed_field(page: str) -> Component:
+    """The seed, and the next one at a press of a button."""
+    draw = {"aria-label": "Draw new noise: next seed"}
+    button = html.Button("New", id=f"{page}-new-seed", type="button", className="quiet", **draw)
+    return html.Div(
+        [
+            html.Label("Seed", htmlFor=f"{page}-seed", className="tip"),
+            html.Div([box(page, "seed", "Seed"), button], className="with-button"),
+            about(page, "seed", FIELDS["seed"].sentence),
+            error_line(page, "seed"),
+        ],
+        className="field field-seed",
+    )
 
 
 def status_row(page: str) -> Component:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dash.development.base_component import Component
 
 from layouts.components import table
+from layouts.figures.common import every
 from layouts.figures.track import close_up_rows
 from layouts.state import Settings
 from layouts.text import significant
@@ -20,9 +21,9 @@ MOST_ROWS = 60
 """Of a longer series a table has every n-th."""
 
 
-def told(count: int) -> slice:
+def listed(count: int) -> slice:
     """The rows of a series of that length that a table has: all, or every n-th."""
-    return slice(None, None, max(1, -(-count // MOST_ROWS)))
+    return every(count, MOST_ROWS)
 
 
 def run_numbers(result: Result, settings: Settings) -> list[Component]:

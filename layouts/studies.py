@@ -8,6 +8,7 @@ study, and the same study the same bits, after a reload or a restart as well.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 from collections import OrderedDict
 from collections.abc import Awaitable, Callable, Mapping
@@ -137,7 +138,7 @@ class Studies:
     def leave(self, asked: Asked) -> None:
         """Take it out of the line, or end it within a part of its work."""
         asked.stopped.set()
-        if self._line.remove(asked):
+        if self._line.remove(asked.client, asked):
             self._call()
 
     def _call(self) -> None:
@@ -242,16 +243,10 @@ class _Page:
     async def _go_on(self, seq: Any, study: Study, content: Content) -> None:
         """Show what runs or is known of a study, or have it run."""
         present = self._asked
-        if present is not None and present.study == study and not present.stopped.is_set():
-            present.view = (seq, content)
-            last = present.last
-            message = None if last is None else await self._studies.work.run(present.shown, *last)
-            if not present.stopped.is_set():
-                # What has come meanwhile is newer.
-                if message is not None and present.last is last:
-                    self._say(message)
+        if present is not None and present.study == study:
+            if not present.stopped.is_set() and await self._shown_anew(present, (seq, content)):
                 return
-            # It has ended meanwhile, and what it came to is being remembered.
+            # It has ended, and what it came to is being remembered.
             await asyncio.sleep(0)
         self.stop()
         self._left = None
@@ -263,6 +258,21 @@ class _Page:
             self._say(await self._studies.work.run(asked.shown, known, 0.0))
         else:
             self._studies.enter(asked)
+
+    async def _shown_anew(self, present: Asked, view: tuple[Any, Content]) -> bool:
+        """Show what runs in another view; whether it still ran then."""
+        present.view = view
+        last, message = present.last, None
+        if last is not None:
+            # Where nobody has time to show it, the next part is: the study goes on.
+            with contextlib.suppress(NoAnswerError):
+                message = await self._studies.work.run(present.shown, *last)
+        if present.stopped.is_set():
+            return False
+        # What has come meanwhile is newer.
+        if message is not None and present.last is last:
+            self._say(message)
+        return True
 
     async def _look(self, seq: Any, study: Study, content: Content) -> None:
         """What a study had come to when it was stopped, or had taken its time."""

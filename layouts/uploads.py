@@ -92,7 +92,7 @@ class Uploads:
         self._problem = "it was told to keep nothing" if store is None else store.problem
         self._most = most_bytes
         self._looking = ThreadPoolExecutor(LOOKED_AT, thread_name_prefix="recordings")
-        # Where a disk hangs, nobody does who needs none.
+        # Threads of their own: what else needs a thread does not wait for these.
         self._disk = ThreadPoolExecutor(READ_AT, thread_name_prefix="disk")
         self._in, self._out = Door(AT_ONCE, WAITING, PATIENCE), Door(OUT_AT_ONCE, WAITING, PATIENCE)
         watch("gainscope_recordings_coming", "Recordings that are on their way in.", lambda: self._in.inside)

@@ -228,10 +228,10 @@ class _Process:
         """In its thread: take answers until it is gone, or idle for long."""
         try:
             # Not select, which knows no descriptor beyond 1,023.
-            says = select.poll()
-            says.register(self._hears, select.POLLIN)
+            poll = select.poll()
+            poll.register(self._hears, select.POLLIN)
             while self._is_wanted():
-                if not says.poll(1000 * LOOKED_AFTER):
+                if not poll.poll(1000 * LOOKED_AFTER):
                     self._hurry()
                 elif (text := child.text_in(self._hears.read)) is None:
                     break

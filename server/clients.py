@@ -65,3 +65,13 @@ def is_forwarded(headers: Mapping[bytes, bytes]) -> bool:
 def proxies_of(setting: str) -> Callable[[str], bool]:
     """Whether an address is one of those whose word is taken for who the client is, as a setting names them."""
     return ProxyHeadersMiddleware(cast(Any, None), setting or []).trusted_hosts.__contains__
+
+
+def watchers_of(setting: str) -> Callable[[str], bool]:
+    """Whether from an address it is asked again and again if the server lives: from this machine, and by known proxies.
+
+    Args:
+        setting: as for `proxies_of`.
+    """
+    is_proxy = proxies_of(setting)
+    return lambda address: is_proxy(address) or client_at(address).loopback

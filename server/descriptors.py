@@ -10,8 +10,8 @@ import contextlib
 import logging
 import resource
 
+from server.entrance import most_connections
 from server.settings import Settings
-from server.wire import most_connections
 
 OF_A_SCENE = 2
 """Beside the socket of the browser: both ends of the connection between the proxy of the scenes and viser."""

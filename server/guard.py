@@ -19,7 +19,7 @@ from uvicorn.protocols.utils import ClientDisconnected
 from server import errors, metrics
 from server.access import Access
 from server.channel import Channel, Hearing
-from server.clients import CLIENT, Client, client_at, is_forwarded
+from server.clients import CLIENT, Client, client_at, is_forwarded, proxies_of, watchers_of
 from server.exchange import Exchange, too_large
 from server.headers import Headers
 from server.limits import Places
@@ -70,6 +70,7 @@ class Guard:
         self._hearing = Hearing()
         self._access = Access()
         self._token = settings.metrics_token
+        self._is_proxy, self._watches = proxies_of(settings.proxies), watchers_of(settings.proxies)
         # It puts the client that a proxy names in the place of the proxy. uvicorn is not told of proxies: here it has
         # to be known as well whether one was asked, and whether it is trusted.
         self._behind = ProxyHeadersMiddleware(cast(Any, self._known), settings.proxies or [])
@@ -83,7 +84,7 @@ class Guard:
         headers = dict(scope["headers"])
         peer = scope.get("client")
         number = headers.get(b"x-request-id", b"")
-        if not (peer and peer[0] in self._behind.trusted_hosts and NUMBER.fullmatch(number)):
+        if not (peer and self._is_proxy(peer[0]) and NUMBER.fullmatch(number)):
             # To tell requests apart, nothing to be kept from anybody.
             number = b"%016x" % getrandbits(64)
         state = scope.setdefault("state", {})
@@ -127,9 +128,8 @@ class Guard:
         """Whether it is asked again and again by a machine that may: it is not limited, and not worth a line."""
         if scope["path"] in HEALTH:
             address = scope.get("client")
-            is_known = client.loopback or (address is not None and address[0] in self._behind.trusted_hosts)
             # What somebody asks through a proxy is no question of the proxy's own.
-            return is_known and not is_forwarded(headers)
+            return address is not None and self._watches(address[0]) and not is_forwarded(headers)
         return scope["path"] == metrics.PATH and metrics.is_admitted(headers, client, self._token)
 
     def _bound(self, exchange: Exchange, headers: dict[bytes, bytes]) -> Refusal | None:

@@ -24,8 +24,9 @@ import uvicorn
 from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 
+from server.entrance import Entrance
 from server.settings import Settings
-from server.wire import Entrance, Wire
+from server.wire import Wire
 
 LONGEST = 9.0
 """Seconds from the word to stop to the end of the process."""

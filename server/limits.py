@@ -65,27 +65,24 @@ class Buckets:
         """Seconds until there is one for a client; 0 where there is."""
         return self._rate.wait(self._full.get(client, 0.0), now)
 
-    def draw(self, client: str, now: float, amount: float) -> None:
+    def draw(self, client: str, now: float, amount: float = 1) -> None:
         """Take so many for a client, whether they are there or not: until they have come back there is none."""
-        self._keep(client, self._rate.taken(self._full.pop(client, 0.0), now, amount))
+        self._full[client] = self._rate.taken(self._full.pop(client, 0.0), now, amount)
+        if len(self._full) > self._most:
+            self._full.popitem(last=False)
 
     def take(self, client: str, now: float) -> float:
         """Take one for a client: 0, or the seconds until there is one, when nothing was taken."""
-        full = self._full.pop(client, 0.0)
-        wait = self._rate.wait(full, now)
-        self._keep(client, full if wait else self._rate.taken(full, now))
+        wait = self.wait(client, now)
+        # Who is given none is remembered as well.
+        self.draw(client, now, 0 if wait else 1)
         return wait
 
     def book(self, client: str, now: float) -> float:
         """Take one for a client, of what is there or of what comes back next: the seconds until it is there."""
-        full = self._full.pop(client, 0.0)
-        self._keep(client, self._rate.taken(full, now))
-        return self._rate.wait(full, now)
-
-    def _keep(self, client: str, full: float) -> None:
-        self._full[client] = full
-        if len(self._full) > self._most:
-            self._full.popitem(last=False)
+        wait = self.wait(client, now)
+        self.draw(client, now)
+        return wait
 
 
 class Places:

@@ -75,14 +75,13 @@ class Line(Generic[T]):
         self._turns.leave(client)
         self._forget(client)
 
-    def remove(self, one: T) -> bool:
-        """Let somebody go who waits; whether he did."""
-        for client, line in self._lines.items():
-            if one in line:
-                self._take(client, one)
-                self._forget(client)
-                return True
-        return False
+    def remove(self, client: str, one: T) -> bool:
+        """Let somebody of a client go who waits; whether he did."""
+        if one not in self._lines.get(client, ()):
+            return False
+        self._take(client, one)
+        self._forget(client)
+        return True
 
     def _take(self, client: str, one: T) -> None:
         self._lines[client].remove(one)
@@ -144,7 +143,7 @@ class Door:
             if turn.is_set():
                 self._line.leave(client)
             else:
-                self._line.remove(turn)
+                self._line.remove(client, turn)
             self._call()
 
     def _call(self) -> None:

@@ -17,11 +17,10 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets import http11
 from websockets.exceptions import InvalidMessage
 
-from server.clients import client_at, proxies_of
+from server.entrance import Entrance
 from server.limits import Places
 from server.metrics import REFUSALS
 from server.screen import BEFORE, CROWDED, LARGEST_HEADERS, LONGEST_ADDRESS, MOST_HEADERS, Refusal, too_long
-from server.settings import Settings
 from tracker_core.checks import InputError
 
 HEAD_SECONDS = 10.0
@@ -40,12 +39,6 @@ MOST_AHEAD = 8
 STALLED_MS = 60_000
 """For which who is answered may take nothing of what is sent."""
 
-SPARE, SPARE_OF_ONE = 1000, 500
-"""Connections that may be open beside all sockets, and beside those of one client: a browser opens up to six."""
-
-EXTRA, EXTRA_OF_ONE = 500, 50
-"""Connections of those for whom there is no place, who are told so; more are closed without a word."""
-
 MALFORMED = Refusal("malformed", InputError("request", "must be HTTP/1.1", "something else"), 400)
 HEAD_TOO_LARGE = Refusal(
     "headers", InputError("headers", f"must have at most {LARGEST_HEADERS} characters together", "more"), 431
@@ -58,57 +51,8 @@ NOT_ALONE = Refusal("handshake", InputError("handshake", "must wait until all be
 http11.MAX_LINE_LENGTH = LONGEST_ADDRESS + LARGEST_HEADERS
 
 
-def most_connections(settings: Settings) -> int:
-    """How many may be open at a time."""
-    return settings.sockets + SPARE + EXTRA
-
-
-class Entrance:
-    """Places for connections; a client is an address, but the connections of a known proxy are those of many.
-
-    Args:
-        settings: `sockets`, `sockets_per_client` and `proxies` of them.
-    """
-
-    def __init__(self, settings: Settings) -> None:
-        self._most = settings.sockets + SPARE
-        self._places = Places(self._most, settings.sockets_per_client + SPARE_OF_ONE)
-        self._extra = Places(EXTRA, EXTRA_OF_ONE)
-        self._is_proxy = proxies_of(settings.proxies)
-
-    def client(self, peer: tuple[str, int] | None) -> str:
-        """By what name a connection from an address and port takes a place."""
-        address, port = peer or ("", 0)
-        return f"{address} {port}" if self._is_proxy(address) else client_at(address).key
-
-    def spares(self, peer: tuple[str, int] | None) -> bool:
-        """Whether who comes from there is heard in any case: some of them ask whether the server lives."""
-        address = peer[0] if peer else ""
-        return self._is_proxy(address) or client_at(address).loopback
-
-    def take(self, client: str, held: Places | None = None) -> Places | None:
-        """Take the best place that there is, and give back the one that is held for it; None for no place."""
-        if held is not self._places and self._places.enter(client):
-            if held is not None:
-                held.leave(client)
-            return self._places
-        return self._extra if held is None and self._extra.enter(client) else held
-
-    def serves(self, held: Places | None, working: int) -> bool:
-        """Whether who holds this place is served while so many others are being answered."""
-        return held is self._places and working < self._most
-
-
-class UnwantedError(Exception):
-    """What has come is not read any further.
-
-    Attributes:
-        refusal: why.
-    """
-
-    def __init__(self, refusal: Refusal) -> None:
-        super().__init__(refusal.reason)
-        self.refusal = refusal
+class AheadError(Exception):
+    """As many requests as may be are ahead of their answers: nothing more is read."""
 
 
 class Wire(HttpToolsProtocol):
@@ -173,8 +117,7 @@ class Wire(HttpToolsProtocol):
             # It is answered like any other request, but what follows would be taken for another, its body as well.
             self.cycle.keep_alive, self._is_deaf = False, True
         except httptools.HttpParserError as error:
-            cause = error.__context__
-            self._refuse(cause.refusal if isinstance(cause, UnwantedError) else MALFORMED)
+            self._refuse(AHEAD if isinstance(error.__context__, AheadError) else MALFORMED)
             return
         if not self._is_new:
             # Where one request ends in it and the next begins, nobody knows what belongs to which.
@@ -198,7 +141,7 @@ class Wire(HttpToolsProtocol):
     def on_headers_complete(self) -> None:
         """Its headers are there."""
         if len(self.pipeline) + self._is_busy() >= MOST_AHEAD:
-            raise UnwantedError(AHEAD)
+            raise AheadError
         self._place = self._entrance.take(self._name, self._place)
         if not self._entrance.serves(self._place, len(self.tasks)):
             self.scope["state"][BEFORE] = CROWDED
@@ -215,9 +158,10 @@ class Wire(HttpToolsProtocol):
         self._in_body = False
         super().on_message_complete()
         if not self._is_busy():
-            # Its answer was sooner.
+            # Its answer was sooner: the next one may take as long as after any other.
             self._stop_waiting()
-            self._keep()
+            keep = self.timeout_keep_alive, self.timeout_keep_alive_handler
+            self.timeout_keep_alive_task = self.loop.call_later(*keep)
 
     def handle_websocket_upgrade(self) -> None:
         """Hand the connection over, or answer what cannot be one as any other request."""
@@ -266,7 +210,9 @@ class Wire(HttpToolsProtocol):
             self.cycle.keep_alive = False
             self.cycle.message_event.set()
         else:
-            self._close(refusal)
+            # There is nothing to be answered any more.
+            REFUSALS.labels(refusal.reason).inc()
+            self.transport.close()
 
     def _answer(self, refusal: Refusal) -> None:
         """Have the guard answer in the place of a request."""
@@ -297,11 +243,6 @@ class Wire(HttpToolsProtocol):
             self._start_asgi_task(cycle, self.app)
         self._settle()
 
-    def _close(self, refusal: Refusal) -> None:
-        """Close a connection on which there is nothing to be answered any more."""
-        REFUSALS.labels(refusal.reason).inc()
-        self.transport.close()
-
     # Waiting ---------------------------------------------------------------------------------------------------------
 
     def on_response_complete(self) -> None:
@@ -328,10 +269,6 @@ class Wire(HttpToolsProtocol):
     def _wait(self) -> None:
         if self._ending is None:
             self._ending = self.loop.call_later(HEAD_SECONDS, self._end)
-
-    def _keep(self) -> None:
-        self._unset_keepalive_if_required()
-        self.timeout_keep_alive_task = self.loop.call_later(self.timeout_keep_alive, self.timeout_keep_alive_handler)
 
     def _stop_waiting(self) -> None:
         if self._ending is not None:

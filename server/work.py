@@ -137,7 +137,7 @@ class Work:
         finally:
             # Whoever gives up in the line gives up the place; whoever is being computed keeps it.
             with self._lock:
-                self._line.remove(asked)
+                self._line.remove(asked.client, asked)
 
     def _call(self) -> None:
         """Whose turn it is gets a thread."""

@@ -79,7 +79,7 @@ class Gains:
     @classmethod
     def normalised(cls, g: Sequence[float] | FloatArray) -> Gains:
         """Gains from a normalised vector of length 2 to 4."""
-        return cls(tuple(float(value) for value in g))
+        return cls(tuple(g))
 
     @property
     def order(self) -> int:

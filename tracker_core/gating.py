@@ -19,7 +19,7 @@ has had as many measurements as it has states, while an expanding memory still g
 has their least squares covariance. A filter that began with fewer, and took a derivative for zero, may be wrong by any
 amount, whatever its sensor and its gains are. How wrong it is, its measurements tell: least squares over all of them
 goes on beside it until its position gain has fallen to alpha, as in an expanding memory, and gives a state x_l with a
-covariance P_l. With x the state of the filter, at the prediction
+covariance P_l, on the model as above with the gains of least squares. With x the state of the filter, at the prediction
 
     S = sensor_std^2 (P_l[0, 0] + 1) + (x_l[0] - x[0])^2
 
@@ -152,7 +152,6 @@ def gated_run(
         np.array([guide.state for guide in guides]),
         np.array([guide.begin for guide in guides], dtype=np.int64),
         np.array(beside),
-        np.array([guide.covariance() for guide in guides]),
         np.array([guide.covariance() for guide in guides]),
         sensor,
         float(gate.width),

@@ -131,7 +131,8 @@ def held_std(name: str, derivative: int, std: float) -> float:
         InputError: for an unknown name or a standard deviation outside its domain.
     """
     model = MANOEUVRES[check_choice("manoeuvre", name, MANOEUVRES)]
-    return MANOEUVRE_STD.check("manoeuvre_std", std) if model.held == derivative else 0.0
+    std = MANOEUVRE_STD.check("manoeuvre_std", std)
+    return std if model.held == derivative else 0.0
 
 
 def _summed(increments: FloatArray) -> FloatArray:

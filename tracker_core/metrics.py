@@ -123,13 +123,7 @@ def manoeuvre_strength(truth: Truth, order: int, pushes: float = 0.0) -> float:
 
 
 def measure(
-    track: Track,
-    measurements: Measurements,
-    truth: Truth | None,
-    gains: Gains,
-    *,
-    stable: bool,
-    pushes: float = 0.0,
+    track: Track, measurements: Measurements, truth: Truth | None, gains: Gains, *, stable: bool, pushes: float = 0.0
 ) -> Metrics:
     """Joint figures of merit of a track.
 
@@ -154,13 +148,7 @@ def measure(
 
 
 def measure_axes(
-    track: Track,
-    measurements: Measurements,
-    truth: Truth | None,
-    gains: Gains,
-    *,
-    stable: bool,
-    pushes: float = 0.0,
+    track: Track, measurements: Measurements, truth: Truth | None, gains: Gains, *, stable: bool, pushes: float = 0.0
 ) -> tuple[Metrics, ...]:
     """The same per axis, as if each were a track of its own."""
     return tuple(

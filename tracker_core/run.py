@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import inf
+from typing import Any
 
 import numpy as np
 
@@ -320,7 +321,14 @@ def pushes_of(experiment: Experiment) -> float:
 
 def strength_of(experiment: Experiment) -> float:
     """How strong the target manoeuvres for a filter of that order, m/s^order: see `metrics.manoeuvre_strength`."""
-    return manoeuvre_strength(observe(experiment)[0], experiment.order, pushes_of(experiment))
+    return _strength(experiment.order, pushes_of(experiment), *(getattr(experiment, name) for name in SEEN))
+
+
+@lru_cache(maxsize=64)
+def _strength(order: int, pushes: float, *seen: Any) -> float:
+    """A number is kept where a run, which may be long, is not."""
+    observed = _remembered if seen[SEEN.index("samples")] <= CACHED_SAMPLES else _observe
+    return manoeuvre_strength(observed(*seen)[0], order, pushes)
 
 
 def suited(experiment: Experiment, suggestion: Suggestion) -> Experiment:

@@ -67,7 +67,7 @@ class Beginning:
     Attributes:
         state: shape (order,), at sample begin - 1; zero beyond what is known.
         weights: the matrix that makes its leading part out of those measurements, shape (points, points); empty for
-            the start "known".
+            the start "known", and where too few are measured to tell anything.
         begin: the sample after them.
         growing: whether least squares goes on from here.
     """

@@ -45,14 +45,19 @@ def packed(values: FloatArray | IntArray, dtype: str = "f4") -> Packed:
     return array
 
 
+def every(count: int, most: int) -> slice:
+    """All of so many, or every n-th, so that there are at most so many."""
+    return slice(None, None, max(1, -(-count // most)))
+
+
 def drawn(samples: int) -> slice:
     """The samples that are drawn of a run of that length: all, or every n-th."""
-    return slice(None, None, max(1, -(-samples // DRAWN_SAMPLES)))
+    return every(samples, DRAWN_SAMPLES)
 
 
 def thinned(samples: int) -> slice:
     """The measurements that a whole run shows: all, or every n-th; markers are what makes a plot slow."""
-    return slice(None, None, max(1, -(-samples // DRAWN_MARKERS)))
+    return every(samples, DRAWN_MARKERS)
 
 
 def grain(values: FloatArray) -> FloatArray:

@@ -10,22 +10,20 @@ from layouts.figures.common import META, Figure, chosen, drawn, packed, padded_r
 from layouts.figures.track import PATH_MOVING, path_figure, refused
 from layouts.shown import Shown, seen_key, target_key
 from layouts.theme import SCORES, layout, tokens
+from tracker_core.experiment import Experiment
 from tracker_core.measured import recorded
 from tracker_core.metrics import distances
 from tracker_core.recordings import Recorded
+from tracker_core.recordings.timing import LONG
 from tracker_core.types import FloatArray
-
-GAP = 1.5
-"""Nominal intervals over which one is a gap."""
 
 MARKED_PATH_MOVING = PATH_MOVING
 INTERVALS_MOVING = (META,)
 INNOVATION_MOVING = (META, *xy(0), *chosen(1), ("layout", "yaxis", "range"))
 
 
-def recording_of(shown: Shown) -> Recorded | None:
+def recording_of(experiment: Experiment) -> Recorded | None:
     """The recording that is run; None where the target is simulated."""
-    experiment = shown.settings.experiment
     if experiment.data is None or experiment.reading is None:
         return None
     return recorded(experiment.data, experiment.reading)
@@ -40,7 +38,7 @@ def marked_path_figure(shown: Shown) -> Figure:
 
 def _held(shown: Shown) -> dict[str, Any]:
     """Where the sensor repeated itself: at the position that it repeats; each bears its sample."""
-    found, x, y, places = recording_of(shown), np.empty(0), np.empty(0), np.empty(0, dtype=np.int64)
+    found, x, y, places = recording_of(shown.settings.experiment), np.empty(0), np.empty(0), np.empty(0, dtype=np.int64)
     if found is not None:
         places = np.flatnonzero(found.held[: shown.result.experiment.samples])
         places = places[drawn(len(places))]
@@ -63,13 +61,13 @@ def filled(positions: FloatArray) -> FloatArray:
 
 def intervals_figure(shown: Shown) -> Figure:
     """The time from every row to the next, gaps marked, and the usual interval."""
-    found, theme = recording_of(shown), shown.theme
+    found, theme = recording_of(shown.settings.experiment), shown.theme
     t = tokens(theme)
     times, steps, nominal = np.zeros(1), np.zeros(0), 1.0
     if found is not None:
         times, nominal = found.times[found.lines > 0], found.nominal
         steps = np.diff(times)
-    gap = steps > GAP * nominal
+    gap = steps > LONG * nominal
     usual = np.flatnonzero(~gap)
     usual = usual[drawn(len(usual))]
     ends = [float(times[0]), float(times[-1])]

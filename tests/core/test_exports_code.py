@@ -113,7 +113,8 @@ int main(void)
         for (int i = 0; i < TUNED_FILTER_AXES; i++)
             if (scanf("%lf", &z[i]) != 1)
                 return 1;
-        tuned_filter_update(&tracker, t, z, &step);
+        if (tuned_filter_update(&tracker, t, z, &step) != (t > 0 ? 0 : -1))
+            return 1;
         for (int i = 0; i < TUNED_FILTER_AXES; i++) {
             for (int r = 0; r < TUNED_FILTER_ORDER; r++)
                 printf("%.17g,%.17g,", step.predicted[i][r], step.smoothed[i][r]);

@@ -15,6 +15,7 @@ from layouts.readouts import formula_text, offers, owned
 from layouts.run_cards import CARDS
 from layouts.state import View, from_query
 from layouts.text import change_text, metric_text, significant
+from tests.tables import cells
 from tracker_core import DESIGNS, METRICS, SCENARIOS, Experiment, run_experiment
 from tracker_core.fields import FIELDS
 
@@ -261,16 +262,6 @@ def test_the_map_says_which_slice_it_shows(controls_for, request_for, gains, tex
 
 
 # Numbers -----------------------------------------------------------------------------------------------------------
-
-
-def cells(component):
-    """Caption, heading and rows of a table."""
-    caption, head, body = component.children.children
-    return (
-        caption.children,
-        [cell.children for cell in head.children.children],
-        [[cell.children for cell in row.children] for row in body.children],
-    )
 
 
 def tables(request_for, controls):

@@ -27,6 +27,7 @@ from layouts.questions import Question, StudyQuestion
 from layouts.state import Settings, View, from_query, to_query
 from layouts.text import change_text, metric_text, significant
 from layouts.theme import PIN_LOOKS, THEMES, tokens
+from tests.tables import cells
 from tracker_core import METRICS, Experiment, InputError, run_experiment
 from tracker_core.statistics import Interval
 from tracker_core.tuning.monte_carlo import FIGURES, Difference
@@ -516,10 +517,3 @@ def test_gains_and_errors_of_every_filter_are_told_in_numbers(controls_for, requ
         around = slice(max(0, 2 * place - 1), 2 * place + 2)
         means = [np.sqrt(np.nanmean(curve[around] ** 2)) for curve in curves]
         assert [float(text.replace(",", "")) for text in row[1:]] == pytest.approx(means, rel=1e-3)
-
-
-def cells(component):
-    """Caption, heading and rows of a table."""
-    caption, head, body = component.children.children
-    rows = [[cell.children for cell in row.children] for row in body.children]
-    return caption.children, [cell.children for cell in head.children.children], rows

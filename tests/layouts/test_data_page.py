@@ -18,6 +18,7 @@ from layouts.pages.data.view import EXAMPLES, layout
 from layouts.questions import StudyQuestion
 from layouts.text import significant
 from layouts.theme import SCORES, tokens
+from tests.tables import cells
 from tracker_core import Experiment, InputError, run_experiment
 from tracker_core.measured import SHELF, File, recorded
 
@@ -275,12 +276,8 @@ def test_a_change_of_the_gate_alone_moves_nothing_but_what_it_moves(show, exampl
 
 def told(show, **query):
     """Rows of the tables of numbers, by caption and by name of the row."""
-    tables = {}
-    for component in show(want=[NUMBERS], **query)[0][-1]:
-        caption, _, body = component.children.children
-        rows = [[cell.children for cell in row.children] for row in body.children]
-        tables[caption.children] = {name: cells for name, *cells in rows}
-    return tables
+    tables = (cells(component) for component in show(want=[NUMBERS], **query)[0][-1])
+    return {caption: {name: row for name, *row in rows} for caption, _, rows in tables}
 
 
 def test_intervals_and_innovations_are_told_in_numbers(show, example):

@@ -9,16 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from layouts.figures import stability_map
+from layouts.figures import map_background, stability_map
 from layouts.figures.common import coordinates, round_up
+from layouts.figures.map_background import GRID, exceeded
 from layouts.figures.stability_map import (
     BACKGROUND,
     FORBIDDEN,
-    GRID,
     POINT,
     axis_range,
     design_curves,
-    exceeded,
 )
 from layouts.readouts import slice_text
 from layouts.shown import Shown
@@ -343,7 +342,7 @@ def test_without_a_background_there_is_none():
 def test_while_a_slider_moves_no_grid_is_computed(monkeypatch, kind):
     view, limits = View(background=kind), Limits(limit_noise=0.1, limit_settling=5.0)
     rests = figure(INSIDE[3], view, limits)
-    monkeypatch.setattr(stability_map, "_grid", lambda *_: pytest.fail("a grid was computed"))
+    monkeypatch.setattr(map_background, "_grid", lambda *_: pytest.fail("a grid was computed"))
     moves = figure(INSIDE[3], view, limits, live=True)
     for index, (one, other) in enumerate(zip(rests["data"], moves["data"], strict=True)):
         if index in (BACKGROUND, FORBIDDEN):

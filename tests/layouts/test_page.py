@@ -12,10 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import layouts
-from layouts.components import GRAPH_CONFIG, select_field, table
+from layouts.components import GRAPH_CONFIG, table
 from layouts.desk import answer, beginning, live_answer
 from layouts.figures.handles import gains_handle, pole_handles
 from layouts.filter_card import SLIDERS
+from layouts.inputs import select_field
 from layouts.pages import compare, data, explore, stability, track, tune
 from layouts.pages.compare.answers import DESK as COMPARE
 from layouts.pages.explore.answers import DESK as EXPLORE

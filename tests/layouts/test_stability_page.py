@@ -18,6 +18,7 @@ from layouts.shown import Shown
 from layouts.state import INPUTS, Settings, View
 from layouts.text import change_text, metric_text, significant
 from layouts.theme import THEMES
+from tests.tables import cells
 from tracker_core import CONVENTIONS, DESIGNS, Experiment, Gains, run_experiment
 from tracker_core.merits import MERITS, merits
 from tracker_core.optimal import distance_from_optimal
@@ -191,12 +192,7 @@ def tables(request_for, controls):
     updates, rest = answer(DESK, request_for(controls, want=[NUMBERS]))
     assert all(update is no_update for update in updates[:-1])
     assert rest["drawn"] == {NUMBERS: ""}
-    found = []
-    for component in updates[-1]:
-        caption, head, body = component.children.children
-        rows = [[cell.children for cell in row.children] for row in body.children]
-        found.append((caption.children, [cell.children for cell in head.children.children], rows))
-    return found
+    return [cells(component) for component in updates[-1]]
 
 
 def merit_tables(request_for, controls):

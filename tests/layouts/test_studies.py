@@ -16,7 +16,7 @@ from server import metrics
 from server.clients import CLIENT
 from server.limits import share
 from server.sockets import MESSAGE_LIMIT
-from server.work import Work
+from server.work import Work, busy
 from tests.waiting import eventually
 from tracker_core import InputError
 from tracker_core.tuning import Progress
@@ -95,7 +95,7 @@ class Stage:
     """A server with one page of toy studies."""
 
     def __init__(self, seconds=WAIT, **limits):
-        self.gates, self.threads = Gates(), []
+        self.gates, self.threads, self.busy_once = Gates(), [], None
         self.server, self.studies = FastAPI(), Studies(Work(seconds=seconds), **limits)
         self.studies.attach(self.server, "/toy/study", self.begin)
 
@@ -105,7 +105,13 @@ class Stage:
             assert self.gates.gate("a").wait(WAIT)
         if question.query == "absurd":
             raise InputError("runs", "must be a whole number >= 1 and <= 10", 10**9)
-        said = lambda progress: {"texts": {"said": f"{progress.outcome} {question.theme}"}}  # noqa: E731
+
+        def said(progress):
+            if question.theme == self.busy_once:
+                self.busy_once = None
+                raise busy()
+            return {"texts": {"said": f"{progress.outcome} {question.theme}"}}
+
         return Toy(question.query, self.gates), said
 
     def socket(self, client="one"):
@@ -317,6 +323,22 @@ async def test_what_is_known_is_told_as_often_as_it_is_asked_for(stage):
         done = await page.until("done", seq=seq)
         assert done["content"] == {"texts": {"said": f"a 10 {theme}"}}
     assert stage.gates.begun == ["a"]
+
+
+@played
+async def test_a_study_goes_on_where_nobody_has_time_to_show_it_anew(stage):
+    slow = stage.studies_step(0)
+    page = stage.socket()
+    page.say(seq=1, query="b", theme="light")
+    await page.until("running", done=1, of=10)
+    stage.busy_once = "dark"
+    page.say(seq=2, query="b", theme="dark")
+    await eventually(lambda: stage.busy_once is None)
+    stage.gates.gate("b").set()
+    done = await page.until("done", seq=2)
+    assert done["content"] == {"texts": {"said": "b 10 dark"}}
+    assert stage.gates.begun == ["b"]
+    slow()
 
 
 @played

@@ -27,7 +27,7 @@ def passed(*messages, method="GET"):
         given.append(message)
 
     async def play():
-        exchange = Exchange({"type": "http", "method": method, "state": {}}, None, send, Headers(""), "1")
+        exchange = Exchange({"type": "http", "method": method, "state": {}}, None, send, Headers(), "1")
         for message in messages:
             await exchange.send(message)
         return exchange.size

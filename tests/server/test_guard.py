@@ -44,7 +44,7 @@ class Swallowing:
             await send({"type": "http.response.body"})
 
 
-def made(settings=SETTINGS, **more):
+def made(settings=SETTINGS):
     server = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
 
     @server.get("/number/{value}")

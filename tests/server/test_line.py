@@ -73,8 +73,8 @@ def test_who_leaves_the_line_is_not_called():
     entered(line, "a1")
     turns(line)
     entered(line, "b1", "c1")
-    assert line.remove("b1")
-    assert not line.remove("b1")
+    assert line.remove("b", "b1")
+    assert not line.remove("b", "b1")
     line.leave("a")
     assert turns(line) == ["c1"]
 
@@ -93,7 +93,8 @@ def test_nobody_waits_for_a_turn_that_he_could_have(moves, most, most_of_one, wa
         elif move == 1 and has:
             line.leave(has.pop(0)[0])
         elif waits:
-            line.remove(waits.pop())
+            one = waits.pop()
+            line.remove(one[0], one)
         for one in turns(line):
             waits.remove(one)
             has.append(one)

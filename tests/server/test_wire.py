@@ -10,9 +10,9 @@ import time
 import pytest
 from fastapi import FastAPI, Request, Response, WebSocket
 
-from server import guard, wire
+from server import entrance, guard, wire
+from server.entrance import Entrance
 from server.settings import Settings
-from server.wire import Entrance
 from tests.waiting import eventually
 
 SHAPE = {"field", "rule", "received", "message", "request"}
@@ -415,7 +415,7 @@ def holding():
 
 
 def test_one_client_does_not_take_all_places(served, monkeypatch, counted, holding):
-    monkeypatch.setattr(wire, "SPARE_OF_ONE", 0)
+    monkeypatch.setattr(entrance, "SPARE_OF_ONE", 0)
     settings = Settings(sockets_per_client=2, proxies="127.0.0.4")
     counted("gainscope_refusals_total", reason="connections")
     with served(made(settings), settings) as address:
@@ -436,7 +436,7 @@ def test_one_client_does_not_take_all_places(served, monkeypatch, counted, holdi
 
 
 def test_when_all_places_are_taken_it_still_says_whether_it_lives(served, monkeypatch, holding):
-    monkeypatch.setattr(wire, "SPARE", 0)
+    monkeypatch.setattr(entrance, "SPARE", 0)
     settings = Settings(sockets=3, proxies="127.0.0.4")
     with served(made(settings), settings) as address:
         for source in ("127.0.0.2", "127.0.0.3", "127.0.0.4"):
@@ -449,7 +449,7 @@ def test_when_all_places_are_taken_it_still_says_whether_it_lives(served, monkey
 
 def test_who_comes_even_then_is_not_heard(served, monkeypatch, counted, holding):
     for name, most in (("SPARE_OF_ONE", 0), ("EXTRA_OF_ONE", 1)):
-        monkeypatch.setattr(wire, name, most)
+        monkeypatch.setattr(entrance, name, most)
     monkeypatch.setattr(Entrance, "spares", lambda self, peer: False)
     settings = Settings(sockets_per_client=1)
     counted("gainscope_refusals_total", reason="connections")
@@ -460,36 +460,3 @@ def test_who_comes_even_then_is_not_heard(served, monkeypatch, counted, holding)
             assert until_it_ends(third) == b""
         assert counted("gainscope_refusals_total", reason="connections") == 1
         assert asking(address, "127.0.0.3")[0][0] == 200
-
-
-def test_a_place_that_becomes_free_is_taken_by_who_is_there_already(monkeypatch):
-    monkeypatch.setattr(wire, "SPARE_OF_ONE", 0)
-    entrance = Entrance(Settings(sockets_per_client=1))
-    first, second = entrance.take("a"), entrance.take("a")
-    assert [entrance.serves(held, 0) for held in (first, second)] == [True, False]
-    assert entrance.take("a", second) is second
-    first.leave("a")
-    third = entrance.take("a", second)
-    assert entrance.serves(third, 0)
-    assert (len(first), len(second)) == (1, 0)
-
-
-def test_no_more_is_worked_on_than_there_are_places():
-    entrance = Entrance(Settings(sockets=1))
-    held = entrance.take("a")
-    assert [entrance.serves(held, working) for working in (wire.SPARE, wire.SPARE + 1)] == [True, False]
-
-
-@pytest.mark.parametrize(
-    ("peer", "name", "is_spared"),
-    [
-        (("192.0.2.1", 5), "192.0.2.1", False),
-        (("2001:db8::1", 5), "2001:db8::/64", False),
-        (("127.0.0.1", 5), "127.0.0.1", True),
-        (("10.1.2.3", 5), "10.1.2.3 5", True),
-        (None, "unknown", False),
-    ],
-)
-def test_a_client_is_an_address_but_a_proxy_is_many(peer, name, is_spared):
-    entrance = Entrance(Settings(proxies="10.0.0.0/8"))
-    assert (entrance.client(peer), entrance.spares(peer)) == (name, is_spared)

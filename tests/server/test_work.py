@@ -7,7 +7,6 @@ import threading
 
 import pytest
 
-from server import metrics
 from server.clients import CLIENT
 from server.problem import REQUEST
 from server.work import AGAIN, NoAnswerError, Work
@@ -48,14 +47,11 @@ def test_work_is_done_in_a_thread_that_knows_the_request():
 
 
 @pytest.mark.parametrize("work", [lambda: 1, lambda: 1 / 0], ids=["succeeds", "fails"])
-def test_what_is_done_is_measured_under_its_name(work):
-    def count():
-        return metrics.REGISTRY.get_sample_value("gainscope_computing_seconds_count", {"work": "measured"}) or 0
-
-    before = count()
+def test_what_is_done_is_measured_under_its_name(work, counted):
+    counted("gainscope_computing_seconds_count", work="measured")
     with contextlib.suppress(ZeroDivisionError):
         asyncio.run(Work().beside("measured", 1).run(work))
-    assert count() == before + 1
+    assert counted("gainscope_computing_seconds_count", work="measured") == 1
 
 
 @pytest.mark.parametrize("error", [InputError("a", "must be b", 3), TimeoutError("a socket's"), ZeroDivisionError()])
@@ -171,20 +167,19 @@ def test_clients_take_turns_however_much_one_of_them_asks(go_on):
     assert of_b is None
 
 
-def test_what_is_refused_is_counted(go_on):
-    def refusals():
-        read = metrics.REGISTRY.get_sample_value
-        return [read("gainscope_refusals_total", {"reason": reason}) or 0 for reason in ("late", "busy")]
-
+def test_what_is_refused_is_counted(go_on, counted):
     async def play():
         work = Work(threads=1, waiting=0, seconds=0.05)
         for _ in range(2):
             with pytest.raises(NoAnswerError):
                 await work.run(go_on.wait, WAIT)
 
-    before = refusals()
+    def refusals():
+        return [counted("gainscope_refusals_total", reason=reason) for reason in ("late", "busy")]
+
+    assert refusals() == [0, 0]
     asyncio.run(play())
-    assert refusals() == [count + 1 for count in before]
+    assert refusals() == [1, 1]
 
 
 def test_threads_beside_have_their_own_line(go_on):

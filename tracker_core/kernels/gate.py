@@ -113,14 +113,20 @@ def keep(state: FloatArray, out: FloatArray) -> None:
 
 
 @compiled
+def weigh(memory: FloatArray, learnt: FloatArray) -> None:
+    """The gain of least squares."""
+    for r in range(learnt.shape[0]):
+        learnt[r] = memory[r, 0] / (memory[0, 0] + 1.0)
+
+
+@compiled
 def believe(
     z: float, alpha: float, gain: FloatArray, ahead: FloatArray, growing: bool, before: FloatArray, state: FloatArray,
     error: FloatArray, memory: FloatArray, learnt: FloatArray, work: FloatArray, predicted: FloatArray,
 ) -> bool:  # fmt: skip
     """Correct the predicted state of an axis, and its covariances; returns whether least squares goes on."""
     if growing:
-        for r in range(state.shape[0]):
-            learnt[r] = memory[r, 0] / (memory[0, 0] + 1.0)
+        weigh(memory, learnt)
         if learnt[0] <= alpha * HANDOVER:
             # The steady filter takes this sample over, and predicts it itself.
             growing = False
@@ -146,8 +152,7 @@ def accompany(
     covariance, which the filter's own gains rule from then on.
     """
     order = state.shape[0]
-    for r in range(order):
-        learnt[r] = memory[r, 0] / (memory[0, 0] + 1.0)
+    weigh(memory, learnt)
     if learnt[0] <= alpha * HANDOVER:
         for r in range(order):
             work[0, r] = min(max((guide[r] - state[r]) / std, -FAR), FAR)
@@ -176,8 +181,8 @@ def start_end(smoothed: FloatArray, begins: IntArray, limit: float) -> int:
 @compiled
 def gated_track(
     z: FloatArray, dt: FloatArray, g: FloatArray, states: FloatArray, begins: IntArray, growing: BoolArray,
-    guides: FloatArray, known: IntArray, beside: BoolArray, memories: FloatArray, errors: FloatArray,
-    sensor: FloatArray, width: float, process: float, interval: float, patience: int, doubt: float, limit: float,
+    guides: FloatArray, known: IntArray, beside: BoolArray, memories: FloatArray, sensor: FloatArray,
+    width: float, process: float, interval: float, patience: int, doubt: float, limit: float,
     predicted: FloatArray, smoothed: FloatArray, spread: FloatArray, rejected: BoolArray,
 ) -> int:  # fmt: skip
     """All axes side by side, from their state and sample on; returns the index at which the run stopped.
@@ -187,11 +192,12 @@ def gated_track(
     z, spread (axes, n); states (axes, order), updated in place; begins (axes,); growing (axes,) marks those in which
     least squares goes on, with covariances memories (axes, order, order), until its position gain has fallen to g[0].
     beside (axes,) marks those in which it goes on so beside the filter, with states guides (axes, order), updated in
-    place. errors (axes, order, order): covariance of the states, or guides, on the model, measurement variance 1; they,
+    place. memories: covariance of the states, or guides, measurement variance 1, from which that on the model begins;
     guides and memories belong to the sample before known (axes,). sensor (axes,), m. `process` is the variance of the
     model's noise at `interval`. See `tracker_core.gating` for the rest.
     """
     axes, n, order = z.shape[0], z.shape[1], g.shape[0]
+    errors = memories.copy()
     begin, opened = begins[0], known[0]
     for axis in range(axes):
         begin, opened = min(begin, begins[axis]), max(opened, known[axis])

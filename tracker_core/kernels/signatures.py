@@ -27,7 +27,7 @@ FIRST: dict[str, Signatures] = {
 
 LATER: dict[str, Signatures] = {
     "gated_track": (
-        (_F2, _F1, _F1, _F2, _I1, _B1, _F2, _I1, _B1, _F3, _F3, _F1, _F, _F, _F, _I, _F, _F, _F3, _F3, _F2, _B1),
+        (_F2, _F1, _F1, _F2, _I1, _B1, _F2, _I1, _B1, _F3, _F1, _F, _F, _F, _I, _F, _F, _F3, _F3, _F2, _B1),
     ),
     "lane_errors": (_lanes(_F2, _F2), _lanes(_F3, _F2), _lanes(_F3, _F3)),
     "profile": ((_F2, _B1, _F1, _I, _F1, _F, _I, _F3),),

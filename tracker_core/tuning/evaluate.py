@@ -144,7 +144,7 @@ def noise_against_lag(experiment: Experiment, vectors: FloatArray, weight: float
     """√(w σ²V + (1 − w) L²) of every gain set, m, shape (p,); infinite for unstable gains.
 
     V is the variance of the smoothed position per variance of white measurement noise, σ² that variance over all axes;
-    L the steady lag under a manoeuvre as strong as the RMS m-th derivative of the truth, over all axes, m the order.
+    L the steady lag under a manoeuvre as strong as the target's over all axes: see `run.strength_of`.
 
     Args:
         experiment: target, sensor, order and seed; with coloured noise its variance is taken as if it were white.

@@ -46,6 +46,10 @@ OWN_GATES = (
 )
 
 
+Figures = dict[str, float | None]
+"""How good a run is, by name."""
+
+
 def report(shown: Shown) -> dict[str, Any]:
     """The filters that are compared, and the table of their metrics."""
     settings = shown.settings
@@ -53,9 +57,11 @@ def report(shown: Shown) -> dict[str, Any]:
     experiment = settings.experiment
     measured, known = experiment.target.measured, shown.result.truth.known
     seed = "" if measured else f", seed {experiment.seed}"
+    found = [(candidate, run_figures(candidate, shown)) for candidate in candidates(settings)]
+    reference = reference_of(settings)
     return {
-        "filters": [filter_row(candidate, shown) for candidate in candidates(settings)],
-        "rows": {"metrics": metric_rows(shown)},
+        "filters": [filter_row(each, figures, reference, experiment.convention) for each, figures in found],
+        "rows": {"metrics": metric_rows(found, reference, known=known)},
         "texts": {
             "scale": "" if factor == 1 or not known else f"deviations × {factor}",
             "chance": ONE_RUN if measured else "" if has_chance(experiment) else SAME_RUNS,
@@ -77,17 +83,16 @@ def _counted(shown: Shown) -> Iterator[str]:
         yield OWN_GATES
 
 
-def filter_row(candidate: Candidate, shown: Shown) -> dict[str, Any]:
+def filter_row(candidate: Candidate, figures: Figures | None, reference: int, convention: str) -> dict[str, Any]:
     """One line of the list: slot, name, which filter it is, gains, design, and what is wrong with it, if anything."""
     experiment = candidate.experiment
-    present = shown.settings.experiment
     row = {"slot": candidate.slot, "name": candidate.name, "key": candidate.key, "gains": "", "design": ""}
     row["problem"] = candidate.reason
-    row["reference"] = candidate.slot == reference_of(shown.settings)
+    row["reference"] = candidate.slot == reference
     if experiment is not None:
-        row["gains"] = gains_text(experiment, present.convention)
+        row["gains"] = gains_text(experiment, convention)
         row["design"] = design_text(experiment)
-        if run_figures(candidate, shown) is None:
+        if figures is None:
             row["problem"] = "The run was stopped: it left the world."
     return row
 
@@ -111,7 +116,7 @@ def design_text(experiment: Experiment) -> str:
     return ", ".join(said)
 
 
-def run_figures(candidate: Candidate, shown: Shown) -> dict[str, float | None] | None:
+def run_figures(candidate: Candidate, shown: Shown) -> Figures | None:
     """How good one of the filters is in the run shown, by name; None where it does not run to the end.
 
     Where nobody knows the truth, what its innovations say as well.
@@ -135,13 +140,11 @@ def figures_shown(*, known: bool) -> dict[str, Metric]:
     return EVIDENCE | dict(sorted(METRICS.items(), key=lambda item: not item[0].startswith("innovation")))
 
 
-def metric_rows(shown: Shown) -> list[list[Any]]:
+def metric_rows(found: list[tuple[Candidate, Figures | None]], reference: int, *, known: bool) -> list[list[Any]]:
     """Per figure its title, and per filter its value with the change from the reference's below it."""
-    found = [(candidate, run_figures(candidate, shown)) for candidate in candidates(shown.settings)]
-    reference = reference_of(shown.settings)
     base = next(figures for candidate, figures in found if candidate.slot == reference)
     rows: list[list[Any]] = []
-    for name, metric in figures_shown(known=shown.result.truth.known).items():
+    for name, metric in figures_shown(known=known).items():
         row: list[Any] = [metric.title]
         nowhere = all(figures is None or figures[name] is None for _, figures in found)
         for candidate, figures in found:

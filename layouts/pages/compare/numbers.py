@@ -8,7 +8,7 @@ from dash.development.base_component import Component
 from layouts.components import table
 from layouts.figures.comparison import ERROR_TITLES, errors_of
 from layouts.figures.error import running_rms, window
-from layouts.numbers import told
+from layouts.numbers import listed
 from layouts.pinned import pinned_runs
 from layouts.state import Settings
 from layouts.text import significant
@@ -59,7 +59,7 @@ def _range_text(values: FloatArray) -> str:
 def _errors(runs: Runs, settings: Settings) -> Component:
     (_, present), kind = runs[0], settings.view.comparing.compared
     times = present.truth.times
-    width, some = window(len(times)), told(len(times))
+    width, some = window(len(times)), listed(len(times))
     columns = [times, *(running_rms(errors_of(run, kind), width) for _, run in runs)]
     rows = zip(*(column[some].tolist() for column in columns), strict=True)
     said = "sample by sample" if width == 1 else f"running RMS of {width} samples"

@@ -9,19 +9,10 @@ from dash import html
 from dash.development.base_component import Component
 
 from layouts.comparing import CHOICES, FIGURE_TITLES, PRESENT
-from layouts.components import (
-    box_field,
-    error_line,
-    filled_table,
-    numbers_card,
-    plot_card,
-    save_figure,
-    select_field,
-    study_row,
-    tip,
-)
+from layouts.components import filled_table, numbers_card, plot_card, save_figure, study_row, tip
 from layouts.desk import stores
 from layouts.filter_card import axis_field, close_up_card, exaggerate_field, filter_card, status_row, target_card
+from layouts.inputs import box_field, error_line, select_field
 from layouts.pages.compare.answers import DESK, NUMBERS
 from layouts.prepared import prepared
 from layouts.theme import PIN_LOOKS

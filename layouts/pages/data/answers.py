@@ -20,7 +20,7 @@ NUMBERS = "data-numbers"
 
 def report(shown: Shown) -> dict[str, Any]:
     """What was found in the recording, and how good the run is."""
-    found = recording.recording_of(shown)
+    found = recording.recording_of(shown.settings.experiment)
     if found is None:
         return {"fields": {}, "rows": {name: [] for name in ("facts", "counts", "findings")}}
     return {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import about, box_field, error_line, select_field
+from layouts.inputs import about, box_field, error_line, select_field
 from layouts.reading import PARTS, SLOTS
 from tracker_core.recordings import DECIMALS, DELIMITERS, HELD
 from tracker_core.recordings.clocks import CLOCKS

@@ -7,9 +7,10 @@ from functools import cache
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import box_field, filled_table, numbers_card, plot_card, study_row
+from layouts.components import filled_table, numbers_card, plot_card, study_row
 from layouts.desk import stores
 from layouts.filter_card import status_row
+from layouts.inputs import box_field
 from layouts.pages.data.answers import DESK, NUMBERS
 from layouts.pages.data.reading_card import reading_card
 from layouts.prepared import prepared

@@ -7,7 +7,7 @@ from functools import cache
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import filled_table, numbers_card, plot_card, select_field, tip
+from layouts.components import filled_table, numbers_card, plot_card, tip
 from layouts.desk import stores
 from layouts.filter_card import (
     axis_field,
@@ -18,6 +18,7 @@ from layouts.filter_card import (
     status_row,
     target_card,
 )
+from layouts.inputs import select_field
 from layouts.pages.explore.answers import COMPARED, DESK, NUMBERS
 from layouts.prepared import prepared
 from layouts.run_cards import run_card

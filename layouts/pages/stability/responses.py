@@ -9,7 +9,7 @@ from dash.development.base_component import Component
 
 from layouts.components import table
 from layouts.figures.responses import FREQUENCIES, LOWEST, decibels, degrees, span
-from layouts.numbers import told
+from layouts.numbers import listed
 from layouts.state import INPUTS, Settings
 from layouts.text import significant
 from tracker_core import Result
@@ -37,5 +37,5 @@ def response_tables(result: Result, settings: Settings) -> Iterator[Component]:
 
 
 def _rows(*columns: FloatArray) -> list[list[str]]:
-    some = [column[told(len(column))].tolist() for column in columns]
+    some = [column[listed(len(column))].tolist() for column in columns]
     return [[significant(value, DIGITS) for value in row] for row in zip(*some, strict=True)]

@@ -7,17 +7,10 @@ from functools import cache
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import (
-    box_field,
-    filled_table,
-    numbers_card,
-    plot_card,
-    sample_cursor,
-    scene_card,
-    select_field,
-)
+from layouts.components import filled_table, numbers_card, plot_card, scene_card
 from layouts.desk import stores
 from layouts.filter_card import filter_card, metrics_card, status_row
+from layouts.inputs import box_field, sample_cursor, select_field
 from layouts.pages.stability.answers import CARDS, DESK, NUMBERS
 from layouts.prepared import prepared
 from layouts.state import BACKGROUNDS, INPUTS, plane_name

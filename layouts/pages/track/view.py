@@ -7,9 +7,10 @@ from functools import cache
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import numbers_card, plot_card, sample_inputs, scene_card, select_field
+from layouts.components import numbers_card, plot_card, scene_card
 from layouts.desk import stores
 from layouts.filter_card import error_card, filter_card, status_row, target_card
+from layouts.inputs import sample_inputs, select_field
 from layouts.pages.track.answers import DESK, NUMBERS
 from layouts.prepared import prepared
 from layouts.state import EXAGGERATIONS

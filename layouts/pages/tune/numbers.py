@@ -7,11 +7,11 @@ from math import isfinite
 import numpy as np
 
 from layouts.figures.tuning.look import axis_name
-from layouts.numbers import told
-from layouts.pages.tune.words import number, symbol_of
+from layouts.numbers import listed
+from layouts.pages.tune.words import at_text, number
 from layouts.text import significant
 from tracker_core.statistics import Interval
-from tracker_core.tuning import PARAMETERS, Map, MapOutcome, Optimum, SearchOutcome, SweepOutcome
+from tracker_core.tuning import Map, MapOutcome, Optimum, SearchOutcome, SweepOutcome
 from tracker_core.types import GAIN_NAMES
 
 TABLES = {
@@ -32,20 +32,20 @@ def value_rows(outcome: SweepOutcome, best: Optimum) -> Rows:
     The last column says what the error is where the truth is known; it is empty where the score is one itself.
     """
     sweep, count = outcome.sweep, len(outcome.sweep.values)
-    symbol, unit = symbol_of(sweep.parameter), PARAMETERS[sweep.parameter].unit_at(sweep.experiment.order)
     mean, width = outcome.mean()
     beside = [significant(each) for each in outcome.mean(1)[0].tolist()] if len(sweep.objectives) > 1 else [""] * count
     rows = []
-    for index in sorted({*range(count)[told(count)], best.index}):
-        name = f"{symbol} = {significant(sweep.values[index])} {unit}".rstrip()
-        said = _score(float(mean[index]), float(width[index])) if outcome.stable[index] else ["unstable", "", ""]
-        rows.append([name, *said, beside[index] if outcome.stable[index] else ""])
+    for index in sorted({*range(count)[listed(count)], best.index}):
+        name, middle, half = at_text(sweep, significant(sweep.values[index])), float(mean[index]), float(width[index])
+        said = ["unstable", "", "", ""]
+        if outcome.stable[index]:
+            said = [*_score(Interval(middle, middle - half, middle + half)), beside[index]]
+        rows.append([name, *said])
     return rows
 
 
-def _score(mean: float, width: float) -> list[str]:
+def _score(score: Interval) -> list[str]:
     """A score, and the ends of its interval if it has one."""
-    score = Interval(mean, mean - width, mean + width)
     said = number(score.mean, score.low, score.high)
     return [*said] if isfinite(score.low) else [said[0], "", ""]
 
@@ -60,13 +60,12 @@ def cell_rows(study: Map, outcome: MapOutcome) -> Rows:
     for cell in known[np.argsort(means[known], kind="stable")][:MOST_CELLS].tolist():
         gains = outcome.vectors[cell][columns].tolist()
         place = ", ".join(f"{name} = {significant(gain, 3)}" for name, gain in zip(names, gains, strict=True))
-        score = outcome.score(cell)
-        rows.append([place, *_score(score.mean, score.high - score.mean)])
+        rows.append([place, *_score(outcome.score(cell))])
     return rows
 
 
 def generation_rows(outcome: SearchOutcome) -> Rows:
     """The best score after some of the generations, the last among them."""
     count = len(outcome.history)
-    some = {*range(count)[told(count)], *range(count)[-1:]}
+    some = {*range(count)[listed(count)], *range(count)[-1:]}
     return [[f"{index + 1:,}", significant(outcome.history[index], 5)] for index in sorted(some)]

@@ -7,18 +7,10 @@ from functools import cache
 from dash import html
 from dash.development.base_component import Component
 
-from layouts.components import (
-    box_field,
-    choice_field,
-    filled_table,
-    parameter_field,
-    save_figure,
-    select_field,
-    study_row,
-    switch_field,
-)
+from layouts.components import filled_table, save_figure, study_row
 from layouts.desk import stores
 from layouts.filter_card import error_card, filter_card, status_row, target_card
+from layouts.inputs import box_field, choice_field, parameter_field, select_field, switch_field
 from layouts.pages.tune.answers import DESK
 from layouts.pages.tune.content import PLOT
 from layouts.pages.tune.numbers import TABLES

@@ -74,11 +74,13 @@ def best_word(word: str, *, complete: bool) -> str:
 def value_text(sweep: Sweep, best: Optimum) -> str:
     """The best value of a sweep."""
     value, *_ = number(best.value, best.low, best.high)
-    return f"{symbol_of(sweep.parameter)} = {value} {_unit(sweep)}".rstrip()
+    return at_text(sweep, value)
 
 
-def _unit(sweep: Sweep) -> str:
-    return PARAMETERS[sweep.parameter].unit_at(sweep.experiment.order)
+def at_text(sweep: Sweep, value: str) -> str:
+    """A value of a sweep with its symbol and its unit."""
+    unit = PARAMETERS[sweep.parameter].unit_at(sweep.experiment.order)
+    return f"{symbol_of(sweep.parameter)} = {value} {unit}".rstrip()
 
 
 def found_text(outcome: SearchOutcome, *, complete: bool) -> str:
