@@ -1,6 +1,7 @@
 """Exports over a real connection: many at once, clients that leave or take nothing, files that cannot be made."""
 
 import asyncio
+import contextlib
 import dataclasses
 import socket
 import threading
@@ -17,6 +18,7 @@ from layouts.outgoing import STEP
 from layouts.uploads import Uploads
 from server import metrics
 from server.work import Work
+from tests.serving import on_a_port
 from tests.waiting import eventually
 from tracker_core import measured
 
@@ -32,7 +34,7 @@ def serve(tmp_path, monkeypatch):
     """Starts a server on a port, with its exports and its uploads; gives its address."""
     store = Store(tmp_path, most_bytes=1_000_000, longest_age_days=30)
     monkeypatch.setattr(measured, "_sources", [store.fetch])
-    started = []
+    stack = contextlib.ExitStack()
 
     def start(**limits):
         app = FastAPI()
@@ -41,17 +43,10 @@ def serve(tmp_path, monkeypatch):
         config = uvicorn.Config(
             app, host="127.0.0.1", port=0, log_level="critical", lifespan="off", timeout_graceful_shutdown=1
         )
-        server = uvicorn.Server(config)
-        thread = threading.Thread(target=server.run)
-        started.append((server, thread))
-        thread.start()
-        asyncio.run(eventually(lambda: server.started))
-        return server.servers[0].sockets[0].getsockname()
+        return stack.enter_context(on_a_port(config))
 
-    yield start
-    for server, thread in started:
-        server.should_exit = True
-        thread.join()
+    with stack:
+        yield start
 
 
 @pytest.fixture

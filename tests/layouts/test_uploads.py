@@ -17,6 +17,7 @@ from layouts.files import SUM, UNIT, Store
 from layouts.uploads import Uploads
 from server import metrics
 from server.clients import CLIENT
+from tests.serving import on_a_port
 from tests.waiting import eventually
 from tracker_core import measured
 from tracker_core.measured import Shelf, content_name
@@ -334,14 +335,8 @@ def test_the_figure_of_what_is_kept_is_brought_up_to_date_by_a_thread(ask, store
 def address(store):
     """A server on a port."""
     config = uvicorn.Config(server_for(store), host="127.0.0.1", port=0, log_level="error", lifespan="off")
-    server = uvicorn.Server(config)
-    thread = threading.Thread(target=server.run)
-    thread.start()
-    while not server.started:
-        time.sleep(0.01)
-    yield server.servers[0].sockets[0].getsockname()
-    server.should_exit = True
-    thread.join()
+    with on_a_port(config) as address:
+        yield address
 
 
 def test_who_sends_too_much_hears_it_even_while_sending(address):
@@ -359,10 +354,6 @@ def test_who_goes_away_in_the_middle_leaves_nothing(address, store):
     connection.putrequest("PUT", "/recordings?name=log.csv")
     connection.putheader("Content-Length", str(LIMIT))
     connection.endheaders(TEXT[:100])
-    time.sleep(0.2)
+    asyncio.run(eventually(lambda: inside(store)))
     connection.close()
-    for _ in range(200):
-        if not inside(store):
-            break
-        time.sleep(0.02)
-    assert inside(store) == []
+    asyncio.run(eventually(lambda: not inside(store)))

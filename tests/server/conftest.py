@@ -1,17 +1,14 @@
 """Requests and sockets without a network, in the words of ASGI, and over one; the same examples in every run."""
 
 import asyncio
-import contextlib
-import threading
-import time
 from dataclasses import replace
 
 import pytest
-import uvicorn
 from hypothesis import settings
 
 from server import metrics
 from server.lifecycle import config_of
+from tests.serving import on_a_port
 
 settings.register_profile("server", derandomize=True, deadline=None, max_examples=100, print_blob=True)
 settings.load_profile("server")
@@ -126,19 +123,4 @@ def talk():
 @pytest.fixture(scope="session")
 def served():
     """An application on a port, as it is served for good: `with served(app, settings) as address: ...`."""
-
-    @contextlib.contextmanager
-    def started(app, settings):
-        server = uvicorn.Server(config_of(replace(settings, port=0), app))
-        thread = threading.Thread(target=server.run)
-        thread.start()
-        while not server.started:
-            assert thread.is_alive()
-            time.sleep(0.01)
-        try:
-            yield server.servers[0].sockets[0].getsockname()
-        finally:
-            server.should_exit = True
-            thread.join()
-
-    return started
+    return lambda app, settings: on_a_port(config_of(replace(settings, port=0), app))

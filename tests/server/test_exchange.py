@@ -1,9 +1,7 @@
 """One request and its answer as their parts pass: the network is given no more of an answer than the client takes."""
 
 import asyncio
-import contextlib
 import socket
-import threading
 
 import pytest
 import uvicorn
@@ -13,6 +11,7 @@ from server.exchange import PIECE, Exchange
 from server.guard import Guard
 from server.headers import Headers
 from server.settings import Settings
+from tests.serving import on_a_port
 from tests.waiting import eventually
 
 LARGE = 64_000_000
@@ -70,21 +69,14 @@ def test_a_client_that_takes_nothing_is_sent_little():
 
         await Guard(Response(bytes(LARGE)), Settings())(scope, receive, counting)
 
-    server = uvicorn.Server(uvicorn.Config(app, host="127.0.0.1", port=0, log_level="critical", lifespan="off"))
-    thread = threading.Thread(target=server.run)
-    thread.start()
-    try:
-        asyncio.run(eventually(lambda: server.started))
-        with contextlib.closing(socket.create_connection(server.servers[0].sockets[0].getsockname())) as connection:
-            connection.sendall(b"GET / HTTP/1.1\r\nHost: test\r\n\r\n")
-            seen = []
+    config = uvicorn.Config(app, host="127.0.0.1", port=0, log_level="critical", lifespan="off")
+    with on_a_port(config) as address, socket.create_connection(address) as connection:
+        connection.sendall(b"GET / HTTP/1.1\r\nHost: test\r\n\r\n")
+        seen = []
 
-            def stands():
-                seen.append(len(given))
-                return len(given) > 2 and given[-1] == 0 and seen[-5:] == [len(given)] * 5
+        def stands():
+            seen.append(len(given))
+            return len(given) > 2 and given[-1] == 0 and seen[-5:] == [len(given)] * 5
 
-            asyncio.run(eventually(stands))
-            assert sum(given) < LARGE / 2
-    finally:
-        server.should_exit = True
-        thread.join()
+        asyncio.run(eventually(stands))
+        assert sum(given) < LARGE / 2
