@@ -5,8 +5,25 @@ import contextlib
 import threading
 
 import uvicorn
+from fastapi import FastAPI, Request
 
 from tests.waiting import eventually
+
+
+def plain():
+    """An application that says {} at / and /livez, and at /body how long a body is."""
+    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+
+    @app.get("/")
+    @app.get("/livez")
+    async def root():
+        return {}
+
+    @app.post("/body")
+    async def body(request: Request):
+        return {"bytes": len(await request.body())}
+
+    return app
 
 
 @contextlib.contextmanager

@@ -8,27 +8,19 @@ import time
 
 import pytest
 import websockets
-from fastapi import FastAPI, Request, WebSocket
+from fastapi import WebSocket
 from fastapi.responses import StreamingResponse
 
 from server import guard
 from server.settings import Settings
+from tests.serving import plain
 
 SETTINGS = Settings(body_kb=16, requests_per_second=1e6, requests_at_once=1_000_000, sockets=2)
 
 
 @pytest.fixture(scope="module")
 def address(served):
-    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-    go_on = threading.Event()
-
-    @app.get("/")
-    async def root():
-        return {}
-
-    @app.post("/body")
-    async def body(request: Request):
-        return {"bytes": len(await request.body())}
+    app, go_on = plain(), threading.Event()
 
     @app.get("/broken")
     async def broken():

@@ -8,11 +8,12 @@ import threading
 import time
 
 import pytest
-from fastapi import FastAPI, Request, Response, WebSocket
+from fastapi import Request, Response, WebSocket
 
 from server import entrance, guard, wire
 from server.entrance import Entrance
 from server.settings import Settings
+from tests.serving import plain
 from tests.waiting import eventually
 
 SHAPE = {"field", "rule", "received", "message", "request"}
@@ -36,16 +37,7 @@ OPEN = (
 
 
 def made(settings=SETTINGS):
-    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-
-    @app.get("/")
-    @app.get("/livez")
-    async def root():
-        return {}
-
-    @app.post("/body")
-    async def body(request: Request):
-        return {"bytes": len(await request.body())}
+    app = plain()
 
     @app.post("/pieces")
     async def pieces(request: Request):
