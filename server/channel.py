@@ -15,6 +15,7 @@ from server.metrics import MESSAGES, REFUSALS, SOCKETS
 from server.problem import problem
 from server.routes import template
 from server.screen import POLICY, TRY_LATER, Refusal
+from server.untaken import TOO_MUCH, Untaken
 from tracker_core.checks import InputError
 
 PACE = Rate(per_second=100, at_once=100)
@@ -61,6 +62,7 @@ class Channel:
         request: its number.
         client: whose it is, as limits know it.
         hearing: of all sockets.
+        untaken: large answers of all.
 
     Attributes:
         scope: of the socket.
@@ -69,15 +71,24 @@ class Channel:
 
     __slots__ = (
         "_client", "_closed", "_due", "_full", "_has_turn", "_headers", "_heard", "_hearing", "_number", "_receive",
-        "_route", "_send", "_turns", "scope", "status",
+        "_route", "_send", "_turns", "_untaken", "scope", "status",
     )  # fmt: skip
 
     def __init__(
-        self, scope: Scope, receive: Receive, send: Send, headers: Headers, request: str, client: str, hearing: Hearing
+        self,
+        scope: Scope,
+        receive: Receive,
+        send: Send,
+        headers: Headers,
+        request: str,
+        client: str,
+        hearing: Hearing,
+        untaken: Untaken,
     ) -> None:
         self.scope, self._receive, self._send = scope, receive, send
         self._headers, self._number = headers, request.encode()
         self._client, self._hearing, self._turns = client, hearing, hearing.turns.of(client)
+        self._untaken = untaken
         self._full, self._due, self._has_turn = 0.0, 0.0, False
         self._heard: Message | None = None
         self._route, self._closed = "", False
@@ -115,6 +126,9 @@ class Channel:
             self.status, self._closed = message["status"], True
             headers = self._headers.complete(self.status, message.get("headers", ()), self._number)
             message = {**message, "headers": headers}
+        elif kind == "websocket.send":
+            await self._say(message)
+            return
         elif kind == "websocket.close":
             if not self.status:
                 code = message.get("code", POLICY)
@@ -122,6 +136,18 @@ class Channel:
                 return
             self._closed = True
         await self._send(message)
+
+    async def _say(self, message: Message) -> None:
+        """Pass on a message; a client that takes none of them is left."""
+        if self._closed:
+            return
+        with self._untaken.held(self._client, len(message.get("bytes") or message.get("text") or "")) as has_room:
+            if has_room:
+                await self._send(message)
+            else:
+                REFUSALS.labels(TOO_MUCH.reason).inc()
+                self._closed = True
+                await self._send({"type": "websocket.close", "code": TOO_MUCH.code})
 
     async def refuse(self, refusal: Refusal) -> None:
         """Answer in place of the application, before it is open."""

@@ -11,7 +11,9 @@ from starlette.types import Message, Receive, Scope, Send
 from server.headers import Headers
 from server.metrics import REFUSALS
 from server.problem import problem
+from server.routes import Served
 from server.screen import BEFORE, Refusal
+from server.untaken import LARGE, TOO_MUCH, Untaken
 from tracker_core.checks import InputError
 
 BODY_SECONDS = 30.0
@@ -20,7 +22,7 @@ BODY_SECONDS = 30.0
 DRAINED, DRAIN_SECONDS = 32 * 1024 * 1024, 5.0
 """Bytes that are still read of what is too much, and for how long, so that who sends it hears why it is refused."""
 
-PIECE = 64 * 1024
+PIECE = LARGE
 """Bytes of an answer that the network is given at a time. It takes whatever it is given, and says between two pieces
 alone that the client has not taken what was there before."""
 
@@ -32,12 +34,15 @@ class Exchange:
 
     What is too much or too slow of a body is refused here, as it comes. The application is told that the client has
     gone and whatever it says then is dropped: an exception might be answered by somebody in between, as Dash does.
+    An answer that there is no room for is refused in its place, so its beginning waits for the first of its body.
 
     Args:
         scope: of the request.
         receive, send: to and from the network.
         headers: that answers get.
         request: its number.
+        client: whose it is, as limits know it.
+        untaken: large answers of all.
 
     Attributes:
         scope: of the request, as the application is to see it: HEAD is GET whose body is not sent.
@@ -50,15 +55,20 @@ class Exchange:
     """
 
     __slots__ = (
-        "_bound", "_deadline", "_head", "_headers", "_incomplete", "_number", "_over", "_receive", "_seconds", "_send",
-        "_taken", "began", "gone", "method", "refused", "scope", "size", "status",
+        "_bound", "_client", "_deadline", "_head", "_headers", "_incomplete", "_number", "_over", "_receive",
+        "_seconds", "_send", "_start", "_taken", "_untaken", "began", "gone", "method", "refused", "scope", "size",
+        "status",
     )  # fmt: skip
 
-    def __init__(self, scope: Scope, receive: Receive, send: Send, headers: Headers, request: str) -> None:
+    def __init__(
+        self, scope: Scope, receive: Receive, send: Send, headers: Headers, request: str, client: str, untaken: Untaken
+    ) -> None:
         self.method = scope["method"]
         self._head = self.method == "HEAD"
         self.scope = {**scope, "method": "GET"} if self._head else scope
         self._receive, self._send, self._headers, self._number = receive, send, headers, request.encode()
+        self._client, self._untaken = client, untaken
+        self._start: Message | None = None
         self._bound, self._seconds, self._deadline, self._taken, self._incomplete = 0, 0.0, 0.0, 0, False
         self.status, self.size, self.began = 0, 0, 0.0
         self.refused = self.gone = self._over = False
@@ -138,16 +148,35 @@ class Exchange:
     async def _pass(self, message: Message) -> None:
         kind = message["type"]
         if kind == "http.response.start":
-            self.status, self.began = message["status"], time.perf_counter()
-            headers = self._headers.complete(self.status, message.get("headers", ()), self._number)
-            await self._send({**message, "headers": headers})
+            self._start = message
             if self._head:
                 self._over = True
+                await self._begin()
                 await self._send({"type": "http.response.body", "body": b"", "more_body": False})
             return
         if self._head:
             return
         body = message.get("body", b"") if kind == "http.response.body" else b""
+        # A file is the same in memory for everybody.
+        is_own = not isinstance(self.scope.get("route"), Served)
+        with self._untaken.held(self._client, len(body) if is_own else 0) as has_room:
+            if has_room:
+                await self._begin()
+                await self._give(message, body)
+            else:
+                await self.refuse(TOO_MUCH)
+
+    async def _begin(self) -> None:
+        """Send the beginning of the answer, if it was not."""
+        if self._start is None:
+            return
+        start, self._start = self._start, None
+        self.status, self.began = start["status"], time.perf_counter()
+        headers = self._headers.complete(self.status, start.get("headers", ()), self._number)
+        await self._send({**start, "headers": headers})
+
+    async def _give(self, message: Message, body: bytes) -> None:
+        """Send a part of the answer."""
         self.size += len(body)
         if len(body) <= PIECE:
             await self._send(message)

@@ -27,6 +27,7 @@ from server.problem import REQUEST
 from server.routes import template
 from server.screen import TRY_LATER, Refusal, Screen
 from server.settings import Settings
+from server.untaken import Untaken
 from tracker_core.checks import InputError
 
 HEALTH = frozenset(("/livez", "/readyz"))
@@ -68,6 +69,7 @@ class Guard:
         self._screen = Screen(settings.requests_per_second, settings.requests_at_once)
         self._places = Places(settings.sockets, settings.sockets_per_client)
         self._hearing = Hearing()
+        self._untaken = Untaken()
         self._access = Access()
         self._token = settings.metrics_token
         self._is_proxy, self._watches = proxies_of(settings.proxies), watchers_of(settings.proxies)
@@ -99,9 +101,12 @@ class Guard:
         token, known = REQUEST.set(request), CLIENT.set(client.key)
         try:
             if scope["type"] == "http":
-                await self._request(Exchange(scope, receive, send, self._headers, request), headers, client)
+                exchange = Exchange(scope, receive, send, self._headers, request, client.key, self._untaken)
+                await self._request(exchange, headers, client)
             else:
-                channel = Channel(scope, receive, send, self._headers, request, client.key, self._hearing)
+                channel = Channel(
+                    scope, receive, send, self._headers, request, client.key, self._hearing, self._untaken
+                )
                 await self._socket(channel, headers, client)
         finally:
             CLIENT.reset(known)

@@ -13,7 +13,6 @@ from typing import Any
 
 import httptools
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
-from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets import http11
 from websockets.exceptions import InvalidMessage
 
@@ -21,6 +20,7 @@ from server.entrance import Entrance
 from server.limits import Places
 from server.metrics import REFUSALS
 from server.screen import BEFORE, CROWDED, LARGEST_HEADERS, LONGEST_ADDRESS, MOST_HEADERS, Refusal, too_long
+from server.socket_wire import Socket
 from tracker_core.checks import InputError
 
 HEAD_SECONDS = 10.0
@@ -285,43 +285,3 @@ class Wire(HttpToolsProtocol):
         else:
             # Browsers open connections ahead that they may never need.
             self.transport.close()
-
-
-class Socket(WebSocketsSansIOProtocol):
-    """A WebSocket as uvicorn speaks it, after `Wire` has read its head.
-
-    Attributes:
-        place: that is given back when the connection is gone.
-        name: of the client, by which it was taken.
-    """
-
-    place: Places | None = None
-    name = ""
-    _is_ending = False
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        """Give the place back."""
-        super().connection_lost(exc)
-        if self.place is not None:
-            self.place.leave(self.name)
-
-    def data_received(self, data: bytes) -> None:
-        """Read what has come; a client that does not wait until it is opened is none."""
-        if self.handshake_complete:
-            super().data_received(data)
-        else:
-            self.transport.close()
-
-    def shutdown(self) -> None:
-        """Close it because the server stops; one that is not open yet is first opened, or answered by the guard."""
-        self._is_ending = True
-        if self.handshake_complete:
-            super().shutdown()
-
-    async def send(self, message: Any) -> None:
-        """Pass on what the application says."""
-        await super().send(message)
-        # An answer in its place ends the handshake as well, which uvicorn would log as an error.
-        self.handshake_complete |= self.close_sent
-        if self._is_ending and message["type"] == "websocket.accept" and self.handshake_complete:
-            super().shutdown()

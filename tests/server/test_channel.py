@@ -8,11 +8,12 @@ from dataclasses import replace
 import pytest
 from fastapi import FastAPI, WebSocket, WebSocketDisconnect
 
-from server import channel, guard, metrics
+from server import channel, guard, metrics, untaken
 from server.channel import AT_A_TIME, Channel, Hearing
 from server.guard import Guard
 from server.limits import Rate
 from server.settings import Settings
+from server.untaken import Untaken
 
 HOST = "gainscope.test:8050"
 SETTINGS = Settings(requests_per_second=1e6, requests_at_once=1_000_000)
@@ -193,7 +194,7 @@ def speaking(hearing, client="192.0.2.1", most=1000):
     async def send(message):
         assert message["type"] == "websocket.send"
 
-    return Channel({"type": "websocket"}, receive, send, None, "1", client, hearing)
+    return Channel({"type": "websocket"}, receive, send, None, "1", client, hearing, Untaken())
 
 
 async def heard(socket):
@@ -316,7 +317,7 @@ def test_whoever_asks_waits_for_no_more_of_another_client_than_may_be_worked_on(
 
         many = [speaking(hearing, most=10**6) for _ in range(50)]
         questions, answered = asyncio.Queue(), asyncio.Queue()
-        one = Channel({"type": "websocket"}, questions.get, answered.put, None, "2", "192.0.2.2", hearing)
+        one = Channel({"type": "websocket"}, questions.get, answered.put, None, "2", "192.0.2.2", hearing, Untaken())
         tasks = [asyncio.create_task(answering(socket, "many")) for socket in many]
         tasks.append(asyncio.create_task(answering(one, "one")))
         between = []
@@ -391,3 +392,47 @@ def test_a_client_is_the_same_for_all_of_its_sockets(monkeypatch):
     first, last = asyncio.run(play())
     assert first == ["2001:db8::1", "2001:db8:0:1::1"]
     assert last == [*first, "2001:db8::2"]
+
+
+# What nobody takes ---------------------------------------------------------------------------------------------------
+
+
+def test_a_client_that_takes_nothing_is_left(monkeypatch, counted):
+    """While its other sockets hold all that may wait for it to be taken; whoever takes what he is sent is not."""
+    monkeypatch.setattr(untaken, "MOST_OF_ONE", 2 * untaken.LARGE)
+    large = {"type": "websocket.send", "bytes": bytes(untaken.LARGE + 1)}
+    counted("gainscope_refusals_total", reason="untaken")
+
+    async def play():
+        answers, taken, told = Untaken(), asyncio.Event(), []
+
+        async def stalls(_):
+            await taken.wait()
+
+        async def hears(message):
+            told.append(message)
+
+        def one(send, client="192.0.2.1"):
+            return Channel({"type": "websocket"}, None, send, None, "1", client, Hearing(), answers)
+
+        waiting, mine = asyncio.create_task(one(stalls).send(large)), one(hears)
+        await others()
+        await mine.send({"type": "websocket.send", "text": "small"})
+        for _ in range(2):
+            await mine.send(large)
+        await mine.send({"type": "websocket.send", "text": "too late"})
+        await one(hears, "192.0.2.2").send(large)
+        taken.set()
+        await waiting
+        await one(hears).send(large)
+        return told, answers.total
+
+    told, left = asyncio.run(play())
+    assert [message.get("code") or len(message.get("text") or message["bytes"]) for message in told] == [
+        len("small"),
+        1013,
+        untaken.LARGE + 1,
+        untaken.LARGE + 1,
+    ]
+    assert left == 0
+    assert counted("gainscope_refusals_total", reason="untaken") == 1
