@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import Iterator
 
-from trials import cold, heap, kills, load, mutate, soak, uploads
+from trials import cold, heap, hoard, kills, load, mutate, soak, uploads
 from trials.report import Finding, Trial, machine, row
 
 TRIALS: dict[str, Trial] = {
@@ -16,6 +16,7 @@ TRIALS: dict[str, Trial] = {
     "heap": heap.trial,
     "mutate": mutate.trial,
     "uploads": uploads.trial,
+    "hoard": hoard.trial,
     "kills": kills.trial,
     "cold": cold.trial,
 }
