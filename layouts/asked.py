@@ -40,7 +40,8 @@ class Asked:
         loop: that loop.
         client: whose page it is, as limits know it.
         stopped: set once nobody wants it any more, or it has ended.
-        last: how far it had come when it was shown last, and after how many seconds; None once all of it is there.
+        last: how far it had come when it was shown last, and after how many seconds; None once all of it is there, or
+            there was no room for it any more.
     """
 
     study: Study

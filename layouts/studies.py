@@ -18,7 +18,7 @@ from time import perf_counter
 from typing import Any
 
 import orjson
-from fastapi import FastAPI, WebSocket
+from fastapi import FastAPI, WebSocket, WebSocketDisconnect
 
 from layouts.asked import Asked, Content, Study, refused
 from layouts.questions import StudyQuestion, read_study_question
@@ -49,7 +49,8 @@ WAITING = 100
 
 REMEMBERED = 32
 REMEMBERED_SCORES = 8_000_000
-"""Outcomes that are kept for whoever asks again, a reload or another theme; and the scores that they may hold."""
+"""Outcomes that are kept for whoever asks again, a reload or another theme; and the scores that they may hold. As much
+again for what ended before it was done."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -81,6 +82,7 @@ class Studies:
         self._line: Line[Asked] = Line(AT_ONCE, share(AT_ONCE), waiting)
         self._ended = False
         self._outcomes: OrderedDict[Study, Progress[Any]] = OrderedDict()
+        self._unfinished: OrderedDict[Asked, Progress[Any]] = OrderedDict()
 
     def attach(self, server: FastAPI, path: str, begin: Begin) -> None:
         """Serve a page's studies on a socket; the questions are of `StudyQuestion`.
@@ -116,8 +118,16 @@ class Studies:
     def _remember(self, study: Study, progress: Progress[Any]) -> None:
         """Keep an outcome, as long as there is room."""
         self._outcomes[study] = progress
-        while len(self._outcomes) > REMEMBERED or sum(map(_scores, self._outcomes.values())) > REMEMBERED_SCORES:
+        while _is_too_much(self._outcomes):
             self._outcomes.popitem(last=False)
+
+    def _look_back(self, asked: Asked) -> None:
+        """Keep how far a study had come that runs no more, as long as there is room: its page may want to see it."""
+        if asked.last is None:
+            return
+        self._unfinished[asked] = asked.last[0]
+        while _is_too_much(self._unfinished):
+            self._unfinished.popitem(last=False)[0].last = None
 
     def load(self) -> tuple[int, int]:
         """Studies that run, and that wait for their turn."""
@@ -145,13 +155,14 @@ class Studies:
         """Whose turn it is begins, the others are told their places."""
         while (asked := self._line.next()) is not None:
             future = asyncio.get_running_loop().run_in_executor(self._drivers, self._drive, asked)
-            future.add_done_callback(partial(self._finish, asked.client))
+            future.add_done_callback(partial(self._finish, asked))
         for place, asked in enumerate(self._line, start=1):
             asked.tell({"seq": asked.view[0], "state": "queued", "place": place})
 
-    def _finish(self, client: str, driven: asyncio.Future[None]) -> None:
+    def _finish(self, asked: Asked, driven: asyncio.Future[None]) -> None:
         del driven
-        self._line.leave(client)
+        self._look_back(asked)
+        self._line.leave(asked.client)
         self._call()
 
     @computing("study")
@@ -190,9 +201,15 @@ class Studies:
             asked.end({"state": "failed"})
 
 
+def _is_too_much(kept: Mapping[Any, Progress[Any]]) -> bool:
+    return len(kept) > REMEMBERED or sum(map(_scores, kept.values())) > REMEMBERED_SCORES
+
+
 def _scores(progress: Progress[Any]) -> int:
-    """How many scores an outcome holds."""
-    return int(getattr(getattr(progress.outcome, "scores", None), "size", 0))
+    """How many scores an outcome holds: one that shows some of them holds all."""
+    scores: Any = getattr(progress.outcome, "scores", None)
+    base = getattr(scores, "base", None)
+    return int(getattr(scores if base is None else base, "size", 0))
 
 
 def _unreadable(problem: Mapping[str, str]) -> bytes:
@@ -211,13 +228,14 @@ class _Page:
         self._news = asyncio.Event()
 
     async def send(self, send_bytes: Callable[[bytes], Awaitable[None]]) -> None:
-        """Send what there is to say, the newest alone where the page is slow."""
-        while True:
-            await self._news.wait()
-            self._news.clear()
-            message, self._message = self._message, None
-            if message is not None:
-                await send_bytes(orjson.dumps(message, option=orjson.OPT_SERIALIZE_NUMPY))
+        """Send what there is to say, the newest alone where the page is slow, until it has gone."""
+        with contextlib.suppress(WebSocketDisconnect):
+            while True:
+                await self._news.wait()
+                self._news.clear()
+                message, self._message = self._message, None
+                if message is not None:
+                    await send_bytes(orjson.dumps(message, option=orjson.OPT_SERIALIZE_NUMPY))
 
     def _say(self, message: Mapping[str, Any]) -> None:
         self._message = dict(message)

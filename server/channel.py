@@ -8,6 +8,7 @@ import time
 
 from fastapi.responses import JSONResponse
 from starlette.types import Message, Receive, Scope, Send
+from uvicorn.protocols.utils import ClientDisconnected
 
 from server.headers import Headers
 from server.limits import Buckets, Rate, Turns
@@ -138,9 +139,13 @@ class Channel:
         await self._send(message)
 
     async def _say(self, message: Message) -> None:
-        """Pass on a message; a client that takes none of them is left."""
+        """Pass on a message; a client that takes none of them is left.
+
+        Raises:
+            ClientDisconnected: where it was, as if it had left.
+        """
         if self._closed:
-            return
+            raise ClientDisconnected
         with self._untaken.held(self._client, len(message.get("bytes") or message.get("text") or "")) as has_room:
             if has_room:
                 await self._send(message)
@@ -148,6 +153,7 @@ class Channel:
                 REFUSALS.labels(TOO_MUCH.reason).inc()
                 self._closed = True
                 await self._send({"type": "websocket.close", "code": TOO_MUCH.code})
+                raise ClientDisconnected
 
     async def refuse(self, refusal: Refusal) -> None:
         """Answer in place of the application, before it is open."""

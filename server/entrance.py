@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from server.clients import client_at, proxies_of, watchers_of
-from server.limits import Places
+from server.limits import Buckets, Places
 from server.settings import Settings
+from server.socket_wire import ASIDES
 
 SPARE, SPARE_OF_ONE = 1000, 500
 """Connections that may be open beside all sockets, and beside those of one client: a browser opens up to six."""
@@ -23,12 +24,16 @@ class Entrance:
 
     Args:
         settings: `sockets`, `sockets_per_client` and `proxies` of them.
+
+    Attributes:
+        asides: what sockets say beside messages.
     """
 
     def __init__(self, settings: Settings) -> None:
         self._most = settings.sockets + SPARE
         self._places = Places(self._most, settings.sockets_per_client + SPARE_OF_ONE)
         self._extra = Places(EXTRA, EXTRA_OF_ONE)
+        self.asides = Buckets(ASIDES)
         self._is_proxy, self._watches = proxies_of(settings.proxies), watchers_of(settings.proxies)
 
     def client(self, peer: tuple[str, int] | None) -> str:

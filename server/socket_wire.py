@@ -1,17 +1,20 @@
 """A WebSocket between the network and the application, of which no more is kept than is heard and taken.
 
 uvicorn reads on until a message is there and queues all that came with it, answers pings of somebody who takes no
-answer, and takes messages in parts without number. Here the rest waits, in the network in the end, and is not lost.
+answer, and takes pings, pongs and parts of messages without number. Here the rest waits, in the network in the end, and
+is not lost.
 """
 
 from __future__ import annotations
 
+import asyncio
 from typing import Any
 
+from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import CloseCode, Frame
 
-from server.limits import Places
+from server.limits import Buckets, Places, Rate
 
 BITE = 4096
 """Bytes that are read before it is looked whether there is something to be heard first: 700 messages at most."""
@@ -19,25 +22,37 @@ BITE = 4096
 MOST_PARTS = 256
 """Frames that one message may come in. Browsers send most in one."""
 
+ASIDES = Rate(per_second=1_000, at_once=2_000)
+"""Frames of all sockets of one client that begin no message: pings, pongs, further parts. A browser sends a pong every
+20 s. More of them wait."""
+
 
 class Socket(WebSocketsSansIOProtocol):
     """A WebSocket as uvicorn speaks it, after `wire.Wire` has read its head.
 
-    Attributes:
-        place: that is given back when the connection is gone.
-        name: of the client, by which it was taken.
+    Args:
+        name: of the client.
+        place: that it took for the connection; it is given back when that is gone.
+        asides: frames that begin no message, of all sockets.
+        more: what uvicorn gives each.
     """
 
-    place: Places | None = None
-    name = ""
-    _is_ending = False
-    _unread = b""
+    def __init__(self, name: str, place: Places | None, asides: Buckets, **more: Any) -> None:
+        super().__init__(**more)
+        self._name, self._place, self._asides = name, place, asides
+        self._is_ending = False
+        self._unread = b""
+        # Frames that begin no message, of what is being read; and until when no more are read.
+        self._aside = 0
+        self._rest: asyncio.TimerHandle | None = None
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Give the place back."""
+        if self._rest is not None:
+            self._rest.cancel()
         super().connection_lost(exc)
-        if self.place is not None:
-            self.place.leave(self.name)
+        if self._place is not None:
+            self._place.leave(self._name)
 
     # What comes ------------------------------------------------------------------------------------------------------
 
@@ -51,6 +66,7 @@ class Socket(WebSocketsSansIOProtocol):
 
     def handle_cont(self, event: Frame) -> None:
         """Take a further part of a message."""
+        self._aside += 1
         if self.close_sent:
             return
         if len(self.frames) < MOST_PARTS:
@@ -58,6 +74,23 @@ class Socket(WebSocketsSansIOProtocol):
         else:
             self.conn.fail(CloseCode.MESSAGE_TOO_BIG, f"more than {MOST_PARTS} parts")
             self.handle_parser_exception()
+
+    def handle_ping(self) -> None:
+        """Answer a ping."""
+        self._aside += 1
+        super().handle_ping()
+
+    def handle_pong(self, event: Frame) -> None:
+        """Take the answer to a ping."""
+        self._aside += 1
+        super().handle_pong(event)
+
+    def keepalive_timeout(self) -> None:
+        """End it where no answer came to a ping; one that has not been read may have."""
+        if self._unread or not self._hears():
+            self.pong_timer = self.loop.call_later(self.ping_timeout or 0.0, self.keepalive_timeout)
+        else:
+            super().keepalive_timeout()
 
     async def receive(self) -> Any:
         """The next message."""
@@ -72,23 +105,42 @@ class Socket(WebSocketsSansIOProtocol):
 
     def _hears(self) -> bool:
         """Whether what is read now would be heard, and what is said in turn be taken."""
-        return self.close_sent or (self.queue.empty() and self.writable.is_set())
+        return self._rest is None and self.writable.is_set() and (self.close_sent or self.queue.empty())
 
     def _read_on(self) -> None:
         """Read of what has come as much as is heard; the network is to wait while there is more."""
         while self._unread and self._hears() and not self.transport.is_closing():
             bite, self._unread = self._unread[:BITE], self._unread[BITE:]
             super().data_received(bite)
+            self._count()
         if self.transport.is_closing():
             self._unread = b""
         elif self._hears() == self.read_paused:
             self.read_paused = not self.read_paused
             (self.transport.pause_reading if self.read_paused else self.transport.resume_reading)()
 
+    def _count(self) -> None:
+        """Count what was beside messages, and rest where it was too much."""
+        if not self._aside:
+            return
+        now = self.loop.time()
+        self._asides.draw(self._name, now, self._aside)
+        self._aside = 0
+        wait = self._asides.wait(self._name, now)
+        if wait:
+            self._rest = self.loop.call_later(wait, self._rested)
+
+    def _rested(self) -> None:
+        self._rest = None
+        self._read_on()
+
     # What goes -------------------------------------------------------------------------------------------------------
 
     async def send(self, message: Any) -> None:
         """Pass on what the application says, and wait until most of it is taken."""
+        if self.close_sent and self.transport.is_closing():
+            # It has been ended for what it said, or did not say. For uvicorn it were the application's mistake.
+            raise ClientDisconnected
         await super().send(message)
         # An answer in its place ends the handshake as well, which uvicorn would log as an error.
         self.handshake_complete |= self.close_sent
@@ -102,5 +154,5 @@ class Socket(WebSocketsSansIOProtocol):
     def shutdown(self) -> None:
         """Close it because the server stops; one that is not open yet is first opened, or answered by the guard."""
         self._is_ending = True
-        if self.handshake_complete:
+        if self.handshake_complete and not self.transport.is_closing():
             super().shutdown()

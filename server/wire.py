@@ -33,6 +33,9 @@ BESIDE_BYTES = 64 * 1024
 FOR_EACH = 8
 """Bytes that may come for each of the body: one that comes alone, in a chunk, takes six."""
 
+SMALL_PARTS, PART = 20_000, 64
+"""Parts of a body that may be of any size, and bytes that the others have on average."""
+
 MOST_AHEAD = 8
 """Requests of one connection that are not answered yet. Browsers and proxies wait for each answer."""
 
@@ -71,8 +74,8 @@ class Wire(HttpToolsProtocol):
         # Where in a request the last byte stood, and whether no more are read.
         self._in_head = self._in_body = self._is_deaf = False
         # Of the request that is coming: whether it began in what was read last, bytes of all that came since then, of
-        # its body, and of its headers.
-        self._is_new, self._come, self._body, self._named = False, 0, 0, 0
+        # its body, parts of that, and bytes of its headers.
+        self._is_new, self._come, self._body, self._parts, self._named = False, 0, 0, 0, 0
         self._ending: asyncio.TimerHandle | None = None
 
     # Connection ------------------------------------------------------------------------------------------------------
@@ -122,14 +125,15 @@ class Wire(HttpToolsProtocol):
         if not self._is_new:
             # Where one request ends in it and the next begins, nobody knows what belongs to which.
             self._come += len(data)
-        if (self._in_head or self._in_body) and self._come > BESIDE_BYTES + FOR_EACH * self._body:
+        is_beside = self._come > BESIDE_BYTES + FOR_EACH * self._body
+        if (self._in_head and is_beside) or (self._in_body and (is_beside or self._is_crumbled())):
             self._refuse(HEAD_TOO_LARGE if self._in_head else PADDED)
         self._settle()
 
     def on_message_begin(self) -> None:
         """A request begins."""
         self._in_head = self._is_new = True
-        self._come = self._body = self._named = 0
+        self._come = self._body = self._parts = self._named = 0
         super().on_message_begin()
 
     def on_header(self, name: bytes, value: bytes) -> None:
@@ -151,7 +155,12 @@ class Wire(HttpToolsProtocol):
     def on_body(self, body: bytes) -> None:
         """A part of its body."""
         self._body += len(body)
+        self._parts += 1
         super().on_body(body)
+
+    def _is_crumbled(self) -> bool:
+        """Whether a body comes in more parts than anybody sends: each takes as long as a large one."""
+        return self._parts > SMALL_PARTS + self._body // PART
 
     def on_message_complete(self) -> None:
         """All of it is there."""
@@ -180,7 +189,14 @@ class Wire(HttpToolsProtocol):
         """Have the connection go on as a socket; why it cannot, where it cannot."""
         first = f"{self.scope['method']} ".encode(), self.url, f" HTTP/{self.scope['http_version']}\r\n".encode()
         lines = [part for name, value in self.headers for part in (name, b": ", value, b"\r\n")]
-        own = Socket(config=self.config, server_state=self.server_state, app_state=self.scope["state"])
+        own = Socket(
+            self._name,
+            self._place,
+            self._entrance.asides,
+            config=self.config,
+            server_state=self.server_state,
+            app_state=self.scope["state"],
+        )
         own.conn.receive_data(b"".join([*first, *lines, b"\r\n"]))
         requests = own.conn.events_received()
         # It is looked at here, since of what is none uvicorn's own says nothing, or answers in words of its own.
@@ -191,8 +207,10 @@ class Wire(HttpToolsProtocol):
             version = {"Sec-WebSocket-Version": "13"}
             return Refusal("handshake", InputError("handshake", rule, received), 400, version)
         self.connections.discard(self)
-        own.place, own.name = self._place, self._name
         own.connection_made(self.transport)
+        if self.flow.write_paused:
+            # The transport has said so already, to this one.
+            own.pause_writing()
         own.handle_connect(requests[0])  # type: ignore[arg-type]
         self.transport.set_protocol(own)
         return None

@@ -47,7 +47,7 @@ OPEN = (
     "GET /explore/live HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nOrigin: http://127.0.0.1:{port}\r\nUpgrade: websocket\r\n"
     "Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
 )
-PING = b"\x89\xfd" + bytes(4) + b"x" * 125
+PING, PONG = b"\x89\xfd" + bytes(4) + b"x" * 125, b"\x8a\x80" + bytes(4)
 BEGUN, GOES_ON = b"\x01\x81" + bytes(4) + b"x", b"\x00\x80" + bytes(4)
 
 Said = Callable[[int, bytes], Iterator[bytes]]
@@ -60,19 +60,28 @@ def _asks(port: int, body: bytes) -> Iterator[bytes]:
     ).encode() + body
 
 
-def _pings(port: int, body: bytes) -> Iterator[bytes]:
+def _crumbs(port: int, body: bytes) -> Iterator[bytes]:
     del body
-    yield OPEN.format(port=port).encode()
-    yield PING * (FLOOD // len(PING))
+    yield f"PUT /recordings HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nTransfer-Encoding: chunked\r\n\r\n".encode()
+    yield b"1\r\nx\r\n" * (FLOOD // 6)
 
 
-def _goes_on(port: int, body: bytes) -> Iterator[bytes]:
-    del body
-    yield OPEN.format(port=port).encode()
-    yield BEGUN + GOES_ON * (FLOOD // len(GOES_ON))
+def _on_a_socket(begun: bytes, endless: bytes) -> Said:
+    def said(port: int, body: bytes) -> Iterator[bytes]:
+        del body
+        yield OPEN.format(port=port).encode()
+        yield begun + endless * (FLOOD // len(endless))
+
+    return said
 
 
-KINDS: dict[str, Said] = {"answers": _asks, "pings": _pings, "parts of a message": _goes_on}
+KINDS: dict[str, Said] = {
+    "answers": _asks,
+    "crumbs of a body": _crumbs,
+    "pings": _on_a_socket(b"", PING),
+    "pongs": _on_a_socket(b"", PONG),
+    "parts of a message": _on_a_socket(BEGUN, GOES_ON),
+}
 
 
 def trial(short: bool = False) -> Iterator[Finding]:

@@ -13,6 +13,7 @@ import secrets
 import threading
 import time
 from collections import OrderedDict
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fastapi import FastAPI
@@ -36,11 +37,20 @@ LIMIT = 150
 IDLE = 900.0
 """Seconds after which a session ends to which nothing is shown and whose camera does not move."""
 
-REMEMBERED = 256
-"""Pictures; the one shown longest ago is forgotten first."""
+REMEMBERED = 2
+"""Pictures for each session that there may be, half of them one client's; the oldest is forgotten first."""
 
 LIFETIME = 6 * 3600.0
 """Seconds for which a picture is remembered."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """A picture: when it was shown, in seconds of `time.monotonic`, what there is to draw, and whose it is."""
+
+    at: float
+    drawing: Drawing
+    owner: str
 
 
 class Scenes:
@@ -57,7 +67,8 @@ class Scenes:
         self._lock = threading.Lock()
         self._starting = threading.Lock()
         self._server: viser.ViserServer | None = None
-        self._pictures: OrderedDict[str, tuple[float, Drawing]] = OrderedDict()
+        self._remembered = REMEMBERED * limit
+        self._pictures: OrderedDict[str, _Shown] = OrderedDict()
         self._sessions: dict[str, Session] = {}
         self._waiting: set[Session] = set()
         self._asleep: OrderedDict[str, None] = OrderedDict()
@@ -76,11 +87,13 @@ class Scenes:
             # What was received stays out of messages and logs: it may be a slip in a real token.
             raise InputError("token", "must be 32 lower-case hexadecimal digits", "something else")
         drawing = picture if isinstance(picture, RegionPicture) else picture.thinned()
-        now = time.monotonic()
+        shown = _Shown(time.monotonic(), drawing, CLIENT.get())
         with self._lock:
-            self._pictures[token] = (now, drawing)
+            if token not in self._pictures:
+                self._make_room(shown.owner)
+            self._pictures[token] = shown
             self._pictures.move_to_end(token)
-            self._forget(now)
+            self._forget(shown.at)
             self._asleep.pop(token, None)
             session = self._sessions.get(token)
         if session is not None:
@@ -142,7 +155,7 @@ class Scenes:
                 del self._sessions[session.token]
                 if asleep:
                     self._asleep[session.token] = None
-                    while len(self._asleep) > REMEMBERED:
+                    while len(self._asleep) > self._remembered:
                         self._asleep.popitem(last=False)
         session.client = session.scene = None
 
@@ -190,10 +203,11 @@ class Scenes:
 
     def _draw(self, session: Session) -> None:
         with self._lock:
-            _, drawing = self._pictures.get(session.token, (0.0, None))
+            shown = self._pictures.get(session.token)
         server, client, scene = self._server, session.client, session.scene
-        if server is None or client is None or client.client_id not in server.get_clients() or drawing is None:
+        if server is None or client is None or client.client_id not in server.get_clients() or shown is None:
             return
+        drawing = shown.drawing
         with client.atomic():
             if scene is None or not scene.update(drawing):
                 client.scene.reset()
@@ -202,11 +216,17 @@ class Scenes:
                     session.scene.look(client)
         client.flush()
 
+    def _make_room(self, owner: str) -> None:
+        """Forget a client's oldest picture where it has as many as one may have: not another's."""
+        own = [token for token, shown in self._pictures.items() if shown.owner == owner]
+        if len(own) >= share(self._remembered):
+            del self._pictures[own[0]]
+
     def _forget(self, now: float) -> None:
         """What is too much or too old of the pictures."""
         while self._pictures:
-            shown, _ = next(iter(self._pictures.values()))
-            if len(self._pictures) <= REMEMBERED and now - shown <= LIFETIME:
+            oldest = next(iter(self._pictures.values()))
+            if len(self._pictures) <= self._remembered and now - oldest.at <= LIFETIME:
                 return
             self._pictures.popitem(last=False)
 

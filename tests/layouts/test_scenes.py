@@ -9,6 +9,7 @@ import gc
 import re
 import secrets
 import time
+from contextvars import copy_context
 from pathlib import Path
 from types import CoroutineType
 
@@ -22,7 +23,7 @@ from viser import _messages
 from benchmarks.scene_browser import PROTOCOL, View, camera, scene
 from benchmarks.scenes import serving
 from layouts.scenes import RegionPicture, Scenes, Stats, TrackPicture
-from layouts.scenes.host import REMEMBERED
+from layouts.scenes.host import LIMIT, REMEMBERED
 from layouts.scenes.proxy import IDLE_END, MESSAGE_LIMIT, is_camera
 from layouts.scenes.region import BOX
 from layouts.scenes.sessions import RefusedError
@@ -564,10 +565,24 @@ def test_what_is_heavy_goes_without_the_collector(port, scenes):
 
 
 def test_pictures_are_forgotten_in_time_and_beyond_a_number(monkeypatch):
-    scenes = Scenes()
-    for number in range(REMEMBERED + 10):
-        scenes.show(f"{number:032x}", STABLE)
-    assert scenes.stats() == Stats(sessions=0, pictures=REMEMBERED)
+    """Of one client half of them, whose own are forgotten then and nobody else's."""
+    scenes, most = Scenes(), REMEMBERED * LIMIT
+
+    def remembered(client, first, number):
+        def shown():
+            CLIENT.set(client)
+            for token in range(first, first + number):
+                scenes.show(f"{token:032x}", STABLE)
+            return scenes.stats().pictures
+
+        return copy_context().run(shown)
+
+    assert remembered("a", 0, 3) == 3
+    assert remembered("b", 1000, most) == 3 + most // 2
+    # The same again is no further one.
+    assert remembered("b", 1000 + most - 1, 1) == 3 + most // 2
+    assert {f"{token:032x}" for token in range(3)} <= set(scenes._pictures)
+    assert remembered("c", 2000, most) == most
     now = time.monotonic()
     monkeypatch.setattr(time, "monotonic", lambda: now + 7 * 3600)
     scenes.show("f" * 32, STABLE)

@@ -7,6 +7,7 @@ from contextvars import copy_context
 from dataclasses import dataclass, field
 from functools import partial
 
+import numpy as np
 import pytest
 from fastapi import FastAPI
 
@@ -35,6 +36,15 @@ class Gates:
         return self.open.setdefault(name, threading.Event())
 
 
+class Outcome(str):
+    """What a toy study has come to; it shows one of ten scores and holds all."""
+
+    __slots__ = ("scores",)
+
+    def __init__(self, text):
+        self.scores = np.zeros(10)[:1]
+
+
 @dataclass(frozen=True)
 class Toy:
     """Counts to ten; after the first step it waits at the gate with its name."""
@@ -46,7 +56,7 @@ class Toy:
         self.gates.begun.append(self.name)
         try:
             for step in range(1, 11):
-                yield Progress(step, 10, f"{self.name} {step}")
+                yield Progress(step, 10, Outcome(f"{self.name} {step}"))
                 if step == 1:
                     assert self.gates.gate(self.name).wait(WAIT)
                 if self.name == "wrong" and step == 2:
@@ -117,14 +127,16 @@ class Stage:
     def socket(self, client="one"):
         return Socket(self.server, client)
 
-    def studies_step(self, seconds):
-        """Partial results after that time; gives back what it was."""
-        before, studies.STEP = studies.STEP, seconds
+    def set_for_all(self, **values):
+        """Set what is the same for all studies; gives back what it was."""
+        before = {name: getattr(studies, name) for name in values}
 
-        def back():
-            studies.STEP = before
+        def put(those):
+            for name, value in those.items():
+                setattr(studies, name, value)
 
-        return back
+        put(values)
+        return partial(put, before)
 
 
 def played(test=None, **limits):
@@ -301,7 +313,7 @@ async def test_a_stopped_study_can_be_looked_at_and_stays_stopped(stage):
     looked = await page.until("stopped", seq=3)
     # Nothing had been shown of it yet.
     assert set(looked) == {"seq", "state"}
-    slow = stage.studies_step(0.0)
+    slow = stage.set_for_all(STEP=0.0)
     page.say(seq=4, query="b")
     await page.until("running", done=1, of=10)
     page.say(seq=5, query="b", stop=True)
@@ -312,6 +324,26 @@ async def test_a_stopped_study_can_be_looked_at_and_stays_stopped(stage):
     assert looked["done"] == 1
     slow()
     assert stage.gates.begun == ["a", "b"]
+
+
+@played
+async def test_so_much_of_what_was_stopped_is_kept(stage):
+    """By all pages together, and by what it holds and not by what it shows of it."""
+    slow = stage.set_for_all(STEP=0.0, REMEMBERED_SCORES=25)
+    pages = {name: stage.socket() for name in "abc"}
+    for name, page in pages.items():
+        page.say(seq=1, query=name)
+        await page.until("running", done=1, of=10)
+        page.say(seq=2, query=name, stop=True)
+        await page.until("stopped", seq=2)
+        stage.gates.gate(name).set()
+        await eventually(lambda: stage.studies.load() == (0, 0))
+    looked = {}
+    for name, page in pages.items():
+        page.say(seq=3, query=name, look=True)
+        looked[name] = "content" in await page.until("stopped", seq=3)
+    slow()
+    assert looked == {"a": False, "b": True, "c": True}
 
 
 @played
@@ -327,7 +359,7 @@ async def test_what_is_known_is_told_as_often_as_it_is_asked_for(stage):
 
 @played
 async def test_a_study_goes_on_where_nobody_has_time_to_show_it_anew(stage):
-    slow = stage.studies_step(0)
+    slow = stage.set_for_all(STEP=0)
     page = stage.socket()
     page.say(seq=1, query="b", theme="light")
     await page.until("running", done=1, of=10)

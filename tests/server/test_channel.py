@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 from fastapi import FastAPI, WebSocket, WebSocketDisconnect
+from uvicorn.protocols.utils import ClientDisconnected
 
 from server import channel, guard, metrics, untaken
 from server.channel import AT_A_TIME, Channel, Hearing
@@ -418,9 +419,10 @@ def test_a_client_that_takes_nothing_is_left(monkeypatch, counted):
         waiting, mine = asyncio.create_task(one(stalls).send(large)), one(hears)
         await others()
         await mine.send({"type": "websocket.send", "text": "small"})
-        for _ in range(2):
-            await mine.send(large)
-        await mine.send({"type": "websocket.send", "text": "too late"})
+        # For the application it has left.
+        for message in (large, large, {"type": "websocket.send", "text": "too late"}):
+            with pytest.raises(ClientDisconnected):
+                await mine.send(message)
         await one(hears, "192.0.2.2").send(large)
         taken.set()
         await waiting

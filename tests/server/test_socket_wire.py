@@ -4,14 +4,16 @@ import asyncio
 import socket
 import struct
 import threading
+import time
 
 import pytest
-from fastapi import WebSocket
+from fastapi import Response, WebSocket
 
-from server import channel, guard
+from server import channel, entrance, guard, socket_wire
 from server.limits import Rate
 from server.settings import Settings
 from server.socket_wire import BITE, MOST_PARTS, Socket
+from server.wire import Wire
 from tests.serving import plain
 from tests.waiting import eventually
 
@@ -54,14 +56,45 @@ def made():
             await websocket.send_bytes(bytes(LARGE))
             TAKEN.append(LARGE)
 
+    @app.websocket("/refuses")
+    async def refuses(websocket: WebSocket):
+        await websocket.accept()
+        await websocket.receive_text()
+        await websocket.close(1003)
+
+    @app.get("/some")
+    async def some():
+        return Response(bytes(60_000))
+
     guard.attach(app, SETTINGS)
     return app
 
 
+def paced(served, asides):
+    """An application on a port, which reads what is no message at some rate."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(entrance, "ASIDES", asides)
+        return served(made(), SETTINGS)
+
+
 @pytest.fixture(scope="module")
 def address(served):
-    with served(made(), SETTINGS) as found:
+    with paced(served, Rate(1e9, 1e9)) as found:
         yield found
+
+
+class Counting:
+    """A method that counts how often it is called."""
+
+    def __init__(self, method):
+        self.method, self.calls = method, 0
+
+    def __get__(self, instance, owner):
+        def call():
+            self.calls += 1
+            return self.method(instance)
+
+        return call
 
 
 @pytest.fixture
@@ -82,8 +115,8 @@ def opened(address, monkeypatch):
     HEARD.clear()
     connections = []
 
-    def open_one(path):
-        connection = socket.create_connection(address, timeout=30)
+    def open_one(path, at=address):
+        connection = socket.create_connection(at, timeout=30)
         connections.append(connection)
         connection.sendall(OPEN % path)
         head = b""
@@ -128,7 +161,7 @@ def heard(connection):
 
 
 def send_until_it_waits(connection, said, most):
-    """Say the same again and again until the server reads no more; bytes that were said."""
+    """Say the same again and again until the server reads no more for a second; bytes that were said."""
     connection.settimeout(1)
     sent = 0
     try:
@@ -220,3 +253,122 @@ def test_the_end_of_a_client_ends_it(opened, sockets):
     connection.close()
     MAY_HEAR.set()
     asyncio.run(eventually(lambda: sockets[0].disconnected))
+
+
+# What is no message --------------------------------------------------------------------------------------------------
+
+
+def pings(said):
+    return [frame(PING, b"%d" % number) for number in range(said)]
+
+
+def pongs(said):
+    return [frame(PONG)] * said
+
+
+def parts(said):
+    whole = [frame(TEXT, b"", is_last=False), *[frame(CONTINUED, b"", is_last=False)] * 98, frame(CONTINUED)]
+    return whole * (said // len(whole))
+
+
+@pytest.mark.parametrize("kind", [pings, pongs, parts])
+def test_what_is_no_message_has_a_pace(opened, sockets, monkeypatch, served, kind):
+    """All sockets of a client have it together, and in the meantime the rest waits; nothing is lost."""
+    monkeypatch.setattr(socket_wire, "BITE", 256)
+    rested = []
+    usual = Socket._rested
+    monkeypatch.setattr(Socket, "_rested", lambda self: (rested.append(self), usual(self)))
+    with paced(served, Rate(1_000, 100)) as address:
+        first, second = opened(b"echo", address), opened(b"echo", address)
+        begun = time.monotonic()
+        for connection in (first, second):
+            connection.sendall(b"".join(kind(600)) + frame(TEXT, b"and now"))
+        for connection in (first, second):
+            while heard(connection) != b"and now":
+                pass
+        assert time.monotonic() - begun > 0.9
+    assert set(rested) == set(sockets)
+
+
+def test_a_pong_that_waits_behind_an_answer_is_none_that_does_not_come(opened, sockets, monkeypatch):
+    """Whoever takes an answer slowly is there."""
+    monkeypatch.setattr(Socket, "keepalive_timeout", counting := Counting(Socket.keepalive_timeout))
+    connection = opened(b"large")
+    read(connection, 1_000)
+    [server] = sockets
+    server.ping_timeout = 0.05
+    server.loop.call_soon_threadsafe(server.send_keepalive_ping)
+    asyncio.run(eventually(lambda: counting.calls > 2))
+    assert not server.close_sent
+    # It is in the second answer: the ping came between the two.
+    rest = LARGE - 1_000 + 100
+    while rest > 0:
+        rest -= len(connection.recv(min(rest, 1_000_000)))
+    assert not server.close_sent
+
+
+def test_who_does_not_answer_a_ping_is_gone(opened, sockets):
+    connection = opened(b"echo")
+    [server] = sockets
+    server.ping_timeout = 0.05
+    server.loop.call_soon_threadsafe(server.send_keepalive_ping)
+    said = list(frames(connection))
+    assert [kind for kind, _ in said] == [PING, CLOSE]
+    assert int.from_bytes(said[-1][1][:2], "big") == 1011
+
+
+# Ends ----------------------------------------------------------------------------------------------------------------
+
+
+def test_who_is_told_that_it_is_over_is_heard_no_better(opened, sockets):
+    """While the server waits for the other side to close it too, what is answered has to be taken all the same."""
+    connection = opened(b"refuses")
+    connection.sendall(frame(TEXT, b"no"))
+    [server] = sockets
+    asyncio.run(eventually(lambda: server.close_sent))
+    send_until_it_waits(connection, frame(PING, b"x" * 125) * 500, LARGE)
+    assert server.transport.get_write_buffer_size() < 500_000
+
+
+def test_what_was_full_before_it_became_a_socket_is(address, sockets, monkeypatch):
+    """Of answers before it nothing was taken, which the network says once and not to everybody who writes to it."""
+    wires = []
+    usual = Wire.connection_made
+    monkeypatch.setattr(Wire, "connection_made", lambda self, transport: (wires.append(self), usual(self, transport)))
+    with socket.create_connection(address, timeout=30) as connection:
+        asyncio.run(eventually(lambda: wires))
+        [before] = wires
+        before.loop.call_soon_threadsafe(before.pause_writing)
+        connection.sendall(OPEN % b"echo")
+        asyncio.run(eventually(lambda: sockets))
+        assert not sockets[0].writable.is_set()
+        # Once it is taken, it is a socket like any other.
+        before.loop.call_soon_threadsafe(sockets[0].resume_writing)
+        assert connection.recv(65_536).startswith(b"HTTP/1.1 101 ")
+
+
+def test_one_that_is_being_closed_holds_up_no_end(opened, sockets):
+    """The server stops between the other side's word that it is over and the end of the connection."""
+    connection = opened(b"echo")
+    [server] = sockets
+    ended = []
+
+    def end():
+        server.data_received(frame(CLOSE))
+        server.shutdown()
+        ended.append(True)
+
+    server.loop.call_soon_threadsafe(end)
+    asyncio.run(eventually(lambda: ended))
+    assert [kind for kind, _ in frames(connection)] == [CLOSE]
+
+
+def test_what_a_client_breaks_is_no_mistake_of_ours(opened, caplog):
+    """It breaks it while an answer to it is computed."""
+    connection = opened(b"echo")
+    text = b"x" * (BITE - 8)
+    connection.sendall(frame(TEXT, text) + b"\x83\x80" + bytes(4))
+    assert len(frame(TEXT, text)) == BITE
+    said = list(frames(connection))
+    assert said[-1][0] == CLOSE
+    assert [record for record in caplog.records if record.levelname == "ERROR"] == []

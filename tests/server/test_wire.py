@@ -318,6 +318,25 @@ def test_a_body_may_come_in_the_smallest_pieces(connection):
     assert one_answer(connection)[0][2] == b'{"bytes":%d}' % PIECES
 
 
+@pytest.mark.parametrize("path", [b"/pieces", b"/nowhere"])
+def test_but_not_in_any_number_of_them(connection, counted, monkeypatch, path):
+    """Each takes the server as long as a large one, also where nobody wants them."""
+    monkeypatch.setattr(wire, "SMALL_PARTS", 2_000)
+    counted("gainscope_refusals_total", reason="padding")
+    connection.sendall(POST % (path, CHUNKED) + b"1\r\nx\r\n" * 3_000)
+    found = answers(until_it_ends(connection))
+    if path == b"/pieces":
+        refused(found[0], 400, "body")
+    assert counted("gainscope_refusals_total", reason="padding") == 1
+
+
+def test_a_large_body_may_come_in_many_parts(connection, monkeypatch):
+    monkeypatch.setattr(wire, "SMALL_PARTS", 10)
+    body = b"40\r\n" + b"x" * 64 + b"\r\n"
+    connection.sendall(POST % (b"/pieces", CHUNKED) + body * 200 + b"0\r\n\r\n")
+    assert one_answer(connection)[0][0] == 200
+
+
 def test_what_follows_a_body_does_not_count_as_headers(connection):
     connection.sendall(POST % (b"/names", CHUNKED) + b"1\r\nx\r\n0\r\nX-Late: y\r\n\r\n")
     assert json.loads(one_answer(connection)[0][2]) == ["host", "transfer-encoding"]
