@@ -33,6 +33,9 @@ from tracker_core.types import FloatArray, Measurements, Track, Truth
 CACHED_SAMPLES = 20_000
 """Samples of a run that is remembered."""
 
+CACHED_TARGETS = 32
+"""Targets with their measurements that are remembered, those used last."""
+
 CACHED_WEIGHTS = 400_000
 """Samples times members of a bank whose run is remembered: a run keeps a weight or more for each of them."""
 
@@ -181,7 +184,7 @@ def _moved(name: str, data: str | None, reading: str | None, samples: int, inter
     return truth
 
 
-_remembered = lru_cache(maxsize=32)(_observe)
+_remembered = lru_cache(maxsize=CACHED_TARGETS)(_observe)
 
 
 def observe_runs(experiment: Experiment, seeds: Sequence[int]) -> Runs:

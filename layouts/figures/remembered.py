@@ -9,13 +9,14 @@ from functools import update_wrapper
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from tracker_core import Result
+from tracker_core.run import CACHED_TARGETS
 from tracker_core.types import FloatArray
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
-TARGETS = 256
-"""The last ones: a class of students has as many."""
+TARGETS = CACHED_TARGETS
+"""As many as the core remembers: one that it draws anew has other arrays."""
 
 MOST_SAMPLES = 2_000
 """Of longer ones nothing is remembered: it would take much memory, and not much of the time that they take."""
