@@ -58,7 +58,9 @@ def significant(value: float, digits: int = 4) -> str:
     if not -5 < magnitude < max(7, digits + 3):
         mantissa, exponent = f"{value:.{min(digits, 3) - 1}e}".split("e")
         return f"{mantissa}e{int(exponent)}".replace("-", "−")
-    return f"{value:,.{max(0, digits - 1 - magnitude)}f}".replace("-", "−")
+    # As it is shown it may be the next power of ten: 0.99996 is 1.000.
+    shown = int(f"{value:.{max(0, digits - 1)}e}".partition("e")[2])
+    return f"{value:,.{max(0, digits - 1 - shown)}f}".replace("-", "−")
 
 
 _SUBSCRIPT = re.compile(r"(?<=[A-Za-zα-ωΛ])_([A-Za-z]+)")

@@ -182,6 +182,22 @@ def reject_probability(width: float, axes: int) -> float:
     return chi_square_tail(AXES.check("axes", axes), WIDTH.check("width", width) ** 2)
 
 
+def believed_share(width: float, axes: int) -> float:
+    """How much smaller NIS is if a gate refuses right measurements alone: its mean below width^2, over that of all.
+
+    That is F(width^2; axes + 2)/F(width^2; axes), F the chi-square distribution function.
+
+    Args:
+        width: of the gate, 1 to 100.
+        axes: that are measured jointly, a whole number from 1 on.
+
+    Raises:
+        InputError: for arguments outside.
+    """
+    axes, most = int(AXES.check("axes", axes)), WIDTH.check("width", width) ** 2
+    return (1 - chi_square_tail(axes + 2, most)) / (1 - chi_square_tail(axes, most))
+
+
 @lru_cache(maxsize=256)
 def chi_square_quantile(degrees: float, probability: float) -> float:
     """Where the chi-square distribution function has a value: safeguarded Newton from Wilson and Hilferty's cube.

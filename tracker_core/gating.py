@@ -58,7 +58,8 @@ class Gate:
     Attributes:
         width: the greatest normalised innovation that is believed, in standard deviations, 1 to 100; infinite to
             refuse nothing, where the spread alone is wanted.
-        sensor_std: standard deviation of the measurements, m, > 0; one number, or one per axis.
+        sensor_std: standard deviation of the measurements, m, > 0; one number, or one per axis. A number, a list or an
+            array becomes a tuple.
         tracking_index: of the model on which the innovation's covariance is taken, 0 to a million.
         interval: that the tracking index belongs to, s, > 0.
 
@@ -74,10 +75,10 @@ class Gate:
     def __post_init__(self) -> None:
         if self.width != inf:
             WIDTH.check("width", self.width)
-        if not self.sensor_std:
+        stds = np.atleast_1d(np.asarray(self.sensor_std, dtype=object)).tolist()
+        if not stds:
             raise InputError("sensor_std", "must be one number, or one per axis", self.sensor_std)
-        for value in self.sensor_std:
-            POSITIVE.check("sensor_std", value)
+        object.__setattr__(self, "sensor_std", tuple(POSITIVE.check("sensor_std", value) for value in stds))
         INDEX.check("tracking_index", self.tracking_index)
         POSITIVE.check("interval", self.interval)
 

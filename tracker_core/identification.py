@@ -252,7 +252,7 @@ def _typical(times: FloatArray, values: FloatArray) -> float:
     count = len(values) - 3
     if count < 1:
         return 0.0
-    if times[-1] - times[0] == len(times) - 1:
+    if (np.diff(times) == 1).all():
         differences = np.diff(values, 3) / sqrt(20)
     else:
         t = [times[k : k + count] for k in range(4)]

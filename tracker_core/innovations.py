@@ -7,13 +7,20 @@ the path. None of these is an error: a filter may have small ones and still trai
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import ceil, hypot, log, sqrt
+from dataclasses import dataclass, replace
+from math import ceil, hypot, inf, log, sqrt
 
 import numpy as np
 
 from tracker_core.checks import POSITIVE, Domain, InputError
-from tracker_core.consistency import Consistency, ModelCovariance, average, innovation_squared, model_covariance
+from tracker_core.consistency import (
+    Consistency,
+    ModelCovariance,
+    average,
+    believed_share,
+    innovation_squared,
+    model_covariance,
+)
 from tracker_core.conventions import Gains
 from tracker_core.metrics import Metric, distances
 from tracker_core.poles import poles
@@ -62,7 +69,7 @@ class Evidence:
         bias: length of their mean after the start, m; of one axis with its sign.
         bias_error: its standard error, m, which minds that innovations may be correlated.
         nis: average of the normalised innovation squared after the start, and where it lies if the model is right;
-            that its gains make the innovations correlated all the same is allowed for.
+            that its gains make the innovations correlated all the same is allowed for, and so is what a gate refused.
         whiteness: of the innovations after the start.
         smoothness: root mean square acceleration along the smoothed positions, m/s^2.
         roughness: the same along the measured positions of the same samples.
@@ -107,6 +114,7 @@ def examine(
     sensor_std: tuple[float, ...] | None = None,
     tracking_index: float | None = None,
     spread: FloatArray | None = None,
+    width: float = inf,
     skip: int | None = None,
     lags: int | None = None,
 ) -> Evidence:
@@ -119,7 +127,9 @@ def examine(
         sensor_std: one for all axes or one per axis, m; there is no NIS without it, nor where one of them is 0.
         tracking_index: of the model, at the interval of the measurements; no NIS without it.
         spread: standard deviation of every innovation on the model, shape (n_samples, n_axes), m, which NIS and
-            whiteness measure by; None for the steady one, which is right at a constant interval alone.
+            whiteness measure by; None for the steady one, which is right at a constant interval without gaps alone.
+        width: of the gate, which kept larger innovations from being counted: if those were right, NIS is smaller by as
+            much, so the interval that holds it begins lower.
         skip: samples at the start that bias, NIS and whiteness leave out; by default those after which 5 % are left
             of what the filter was started with, a fifth of all at most.
         lags: of the autocorrelations; by default 20, or a fifth of the innovations.
@@ -141,6 +151,7 @@ def examine(
     elif model is not None and sensor_std is not None:
         normalised = innovation_squared(late, model.innovation) / np.square(sensor_std)
     correlation = 0.0 if model is None else model.correlation
+    share = believed_share(width, count) if width < inf else 1.0
     observed = np.where(rejected[:, None], np.nan, measurements.positions)
     paths = _accelerations(measurements, track.smoothed[:, :, 0], observed)
 
@@ -151,6 +162,7 @@ def examine(
         if normalised is not None:
             squares = normalised[:, axes].sum(axis=1)
             nis = average(squares, len(range(count)[axes]), correlation=correlation)
+            nis = replace(nis, low=share * nis.low)
         path, raw = (_rms(distances(accelerations[:, axes])) for accelerations in paths)
         measured = ~np.isnan(measurements.positions[:, axes]).all(axis=1)
         bias, error = mean_and_error(late[:, axes.start], lags) if not parts else _joint_mean(parts)

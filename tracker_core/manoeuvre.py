@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -33,6 +34,7 @@ class Manoeuvre:
         input_vector: G as a function of T in s: what w = 1 adds to position, velocity and acceleration.
         held: which derivative of the position w is, for the interval over which it acts: 2 an acceleration, 3 a jerk;
             None where it is a change of one.
+        highest: the highest derivative that there is; those above it come in impulses, whose mean square is infinite.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Manoeuvre:
     unit: str
     input_vector: Callable[[float], tuple[float, float, float]]
     held: int | None = None
+    highest: int = 4
 
 
 MANOEUVRES: dict[str, Manoeuvre] = {
@@ -55,6 +58,7 @@ MANOEUVRES: dict[str, Manoeuvre] = {
             "m/s²",
             lambda t: (t**2 / 2, t, 0.0),
             held=2,
+            highest=2,
         ),
         # An acceleration that stays: Yu & Wu, eq. 2.
         Manoeuvre(
@@ -63,6 +67,7 @@ MANOEUVRES: dict[str, Manoeuvre] = {
             "G = (T²/2, T, 1), w a change of the acceleration",
             "m/s²",
             lambda t: (t**2 / 2, t, 1.0),
+            highest=2,
         ),
         # A jerk that is held for one interval: Yu & Wu, eq. 13-15.
         Manoeuvre(
@@ -72,6 +77,7 @@ MANOEUVRES: dict[str, Manoeuvre] = {
             "m/s³",
             lambda t: (t**3 / 6, t**2 / 2, t),
             held=3,
+            highest=3,
         ),
     )
 }
@@ -125,13 +131,16 @@ def held_std(name: str, derivative: int, std: float) -> float:
         std: standard deviation of w, in its unit.
 
     Returns:
-        That of w, which is this derivative for an interval each; 0 where it is another one, or none.
+        That of w, where it is this derivative for an interval each; infinite for a derivative that comes in impulses;
+        0 for one that the states show, and where nothing pushes.
 
     Raises:
         InputError: for an unknown name or a standard deviation outside its domain.
     """
     model = MANOEUVRES[check_choice("manoeuvre", name, MANOEUVRES)]
     std = MANOEUVRE_STD.check("manoeuvre_std", std)
+    if derivative > model.highest:
+        return inf if std else 0.0
     return std if model.held == derivative else 0.0
 
 

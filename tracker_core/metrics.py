@@ -71,7 +71,8 @@ METRICS: dict[str, Metric] = {
         "100 (1 − estimation RMSE / measurement RMSE)", lower_is_better=False),
     "lag": Metric(
         "Steady lag", "m", "How far the smoothed position would trail a steady manoeuvre as strong as this target's "
-        "(RMS of the first derivative the filter does not model), or lead it where α > 1.",
+        "(RMS of the first derivative the filter does not model), or lead it where α > 1; none where that comes in "
+        "impulses.",
         "|1 − α| T^m D / g_last, D the RMS m-th derivative of the truth with its random pushes, m the order"),
 }  # fmt: skip
 

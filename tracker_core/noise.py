@@ -28,9 +28,12 @@ def white(shape: tuple[int, int], std: tuple[float, ...], seed: int, _correlatio
 
     Returns:
         Array of that shape, m.
+
+    Raises:
+        InputError: for standard deviations that are negative, or neither one nor as many as there are axes.
     """
     samples, axes = shape
-    per_axis = std * axes if len(std) == 1 else std
+    per_axis = _each(std, axes)
     columns = [per_axis[axis] * _unit(samples, axis, seed) for axis in range(axes)]
     return np.stack(columns, axis=1)
 
@@ -52,13 +55,13 @@ def coloured(shape: tuple[int, int], std: tuple[float, ...], seed: int, correlat
         Array of that shape, m.
 
     Raises:
-        InputError: for a correlation outside CORRELATION.
+        InputError: for a correlation outside CORRELATION, and as for `white`.
     """
     rho = CORRELATION.check("correlation", correlation)
     from tracker_core import kernels  # compiled code is loaded when the first such noise is drawn
 
     samples, axes = shape
-    per_axis = std * axes if len(std) == 1 else std
+    per_axis = _each(std, axes)
     columns = []
     for axis in range(axes):
         series = _unit(samples, axis, seed)
@@ -109,13 +112,18 @@ def signal_to_noise(positions: FloatArray, std: tuple[float, ...]) -> tuple[floa
         InputError: for standard deviations that are negative, or neither one nor as many as there are axes.
     """
     powers = _powers(positions)
-    if len(std) not in (1, len(powers)):
-        raise InputError("std", f"must be one number, or {len(powers)}", std)
-    per_axis = [_STD.check("std", sigma) for sigma in (std * len(powers) if len(std) == 1 else std)]
+    per_axis = _each(std, len(powers))
     return tuple(power / sigma / sigma if sigma else inf for power, sigma in zip(powers, per_axis, strict=True))
 
 
 _STD = Domain(low=0)
+
+
+def _each(std: tuple[float, ...], axes: int) -> list[float]:
+    """The standard deviation of every axis."""
+    if len(std) not in (1, axes):
+        raise InputError("std", f"must be one number, or {axes}", std)
+    return [_STD.check("std", sigma) for sigma in (tuple(std) * axes if len(std) == 1 else std)]
 
 
 def _powers(positions: FloatArray) -> list[float]:

@@ -27,6 +27,7 @@ from tracker_core.types import FloatArray
 SMOOTHEST, MOST_RESPONSIVE = 1e-4, 100.0
 """Ends of the smooth-responsive path, tracking indices."""
 
+ORDER = Domain(2, 4, whole=True)
 NUMBER = Domain()
 
 _ROUNDS = 3
@@ -58,10 +59,14 @@ class Distance:
 
 
 def process_input(order: int) -> FloatArray:
-    """G at T = 1: what a unit of process noise adds to the state, shape (order,)."""
+    """G at T = 1: what a unit of process noise adds to the state, shape (order,).
+
+    Raises:
+        InputError: for an order other than 2, 3 or 4.
+    """
     return {
         2: np.array([1 / 2, 1.0]), 3: np.array([1 / 2, 1.0, 1.0]), 4: np.array([1 / 6, 1 / 2, 1.0, 1.0])
-    }[order]  # fmt: skip
+    }[int(ORDER.check("order", order))]  # fmt: skip
 
 
 def process_gain(gains: Gains) -> float:

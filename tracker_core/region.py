@@ -31,6 +31,7 @@ The convex hull of the coefficients of all stable polynomials of degree n is the
 the coefficients: at order 4 the corners are 0, (2, 0, 0, 0), (0, 4, 0, 0), (2, 0, 8, 0) and (0, 16/3, 0, 16).
 """
 
+POINTS = Domain(2, 1e6, whole=True)
 RADIUS = 0.99
 """Largest pole of the gains that `nearest_stable` gives: inside the region, not on its border."""
 
@@ -140,14 +141,15 @@ def region_slice(
     Args:
         gains: the two gains of the plane are not used.
         plane: the names of the horizontal and the vertical gain, one of PLANES.
-        points: samples along the lower and along the upper border.
+        points: samples along the lower and along the upper border, 2 to a million.
 
     Returns:
         Normalised coordinates of a closed polygon; both empty where nothing in the plane is stable.
 
     Raises:
-        InputError: for a plane that the order does not have.
+        InputError: for a plane that the order does not have, and a number of points that makes no border.
     """
+    points = int(POINTS.check("points", points))
     if tuple(plane) not in PLANES[gains.order]:
         raise InputError("plane", f"must be two gains of order {gains.order}", plane)
     across, up = (GAIN_NAMES.index(name) for name in plane)

@@ -97,11 +97,14 @@ class Result:
             with suppress(InputError):
                 index = distance_from_optimal(self.gains).tracking_index
         std = self.noise_std if self.experiment.noise != "none" else None
-        spread = self.track.spread if self.gate is not None else None
-        if self.measurements.interval is None and spread is None and std is not None and index is not None and all(std):
+        spread, width = (None, inf) if self.gate is None else (self.track.spread, self.gate.width)
+        is_even = self.measurements.interval is not None and not np.isnan(self.measurements.positions).any()
+        if not is_even and spread is None and std is not None and index is not None and all(std):
             gate = Gate(inf, std, index, self.experiment.interval)
             spread = run_filter(self.measurements, self.gains, start=self.experiment.start, gate=gate).spread
-        return examine(self.track, self.measurements, self.gains, sensor_std=std, tracking_index=index, spread=spread)
+        return examine(
+            self.track, self.measurements, self.gains, sensor_std=std, tracking_index=index, spread=spread, width=width
+        )
 
     def unstable_share(self) -> float:
         """Share of the corrections, over all axes, whose gains would be unstable if they were held."""
@@ -317,7 +320,7 @@ def _run(experiment: Experiment) -> Result:
 def pushes_of(experiment: Experiment) -> float:
     """What random pushes add to the first derivative that the filter does not model, in each axis, m/s^order.
 
-    The root mean square of what they add and no true state shows.
+    The root mean square of what they add and no true state shows; infinite where they are impulses of it.
     """
     return held_std(experiment.manoeuvre, experiment.order, experiment.manoeuvre_std or 0.0)
 

@@ -148,7 +148,7 @@ def percent_more(values: FloatArray, base: FloatArray, confidence: float = CONFI
 
 
 def least_places(places: FloatArray, scores: FloatArray, *, redraws: int = _REDRAWN) -> tuple[float, FloatArray]:
-    """Where the mean score is least: the vertex of the parabola through the three lowest means.
+    """Where the mean score is least: the vertex of the parabola through the lowest mean and its neighbours.
 
     Args:
         places: shape (p,), increasing.

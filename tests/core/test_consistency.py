@@ -12,6 +12,7 @@ from scipy.stats import chi2
 from tracker_core import DESIGNS, Gains, InputError
 from tracker_core.consistency import (
     average,
+    believed_share,
     chi_square_interval,
     chi_square_quantile,
     chi_square_tail,
@@ -292,10 +293,18 @@ def test_reject_probability_is_the_tail_of_chi_square(axes, width):
     assert reject_probability(width, axes) == pytest.approx(chi2.sf(width**2, axes), rel=1e-11)
 
 
+@pytest.mark.parametrize("axes", [1, 2, 3, 8])
+@pytest.mark.parametrize("width", [1.0, 2.5, 3.0, 4.0, 10.0])
+def test_what_a_gate_leaves_of_the_mean_is_the_integral_below_it(axes, width):
+    below = chi2.expect(lambda x: x, args=(axes,), lb=0, ub=width**2, conditional=True)
+    assert believed_share(width, axes) == pytest.approx(below / axes, rel=1e-7)
+
+
+@pytest.mark.parametrize("function", [reject_probability, believed_share])
 @pytest.mark.parametrize(("width", "axes"), [(0.5, 1), (101, 1), (3, 0), (3, 1.5), (math.nan, 1)])
-def test_a_gate_that_there_is_not_has_no_probability(width, axes):
+def test_a_gate_that_there_is_not_has_no_probability(function, width, axes):
     with pytest.raises(InputError):
-        reject_probability(width, axes)
+        function(width, axes)
 
 
 @pytest.mark.parametrize("degrees", DEGREES)

@@ -287,6 +287,8 @@ REFUSED = [
     ({"noise": "recorded"}, "noise", "must not be 'recorded': nothing was recorded for 'jeong-ship'", "recorded"),
     ({"scenario": "garg-accelerating", "samples": 11}, "samples", "must be <= 10 for recorded measurements", 11),
     ({"scenario": "garg-accelerating", "interval": 1}, "interval", "must be 5 for recorded measurements", 1),
+    ({"scenario": "garg-accelerating", "manoeuvre": "acceleration-jumps", "manoeuvre_std": 1}, "manoeuvre",
+     "must be 'none' for recorded measurements", "acceleration-jumps"),
     ({"speed": 3}, "speed", "", 3),
 ]  # fmt: skip
 

@@ -533,3 +533,11 @@ def test_the_default_gate_stands_on_the_model_that_suits_the_gains(order):
 @pytest.mark.parametrize("gains", [*UNSTABLE.values(), Gains((2.0, 0.0)), Gains((0.5, 0.0))], ids=str)
 def test_the_default_gate_of_gains_that_suit_no_model_has_none(gains):
     assert default_gate(gains, (1.0,), 1.0, 4.0).tracking_index == 0
+
+
+def test_deviations_may_be_a_number_a_list_or_an_array():
+    for right in (5.0, [5.0], np.array([5.0]), (5.0,)):
+        assert Gate(4.0, right, 0.1, 1.0) == Gate(4.0, (5.0,), 0.1, 1.0)
+    for wrong in ("five", None, [], -1.0, [1.0, "x"]):
+        with pytest.raises(InputError, match="^sensor_std must be"):
+            Gate(4.0, wrong, 0.1, 1.0)

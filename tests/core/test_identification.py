@@ -294,6 +294,16 @@ def test_third_differences_tell_the_noise(kind):
     assert found == pytest.approx(std, rel=0.12)
 
 
+def test_a_series_is_even_where_its_steps_are():
+    """Not where it takes as many seconds as it has steps: a fast target moves far in a second that is longer."""
+    draw = np.random.default_rng(3)
+    inner = np.sort(np.arange(1, 300) + draw.uniform(-0.3, 0.3, 299))
+    t = np.concatenate(([0.0], inner, [300.0]))
+    z = 250 * t + 3 * draw.standard_normal(301)
+    measured = Measurements(t, z[:, None], None)
+    assert measured_std(measured)[0] == pytest.approx(3, rel=0.3)
+
+
 def test_third_differences_by_hand():
     assert measured_std(recorded([0, 0, 0, 1.0]))[0] == pytest.approx(1 / math.sqrt(20) / 0.6744897501960817)
     # 1, 2 and 4 apart: weights one over the products of the distances.

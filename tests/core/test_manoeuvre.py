@@ -79,7 +79,10 @@ def test_what_is_held_for_an_interval_is_that_derivative(name, derivative):
     g, held = INPUT[name](interval), [interval**derivative / math.factorial(derivative)]
     held += [interval ** (derivative - 1) / math.factorial(derivative - 1)]
     holds = g[:2] == pytest.approx(held) and (derivative > 2 or g[2] == 0)
-    assert held_std(name, derivative, 3.0) == (3.0 if holds else 0.0)
+    # A jump of a derivative, such as of one that is held, is an impulse of the next.
+    comes_in_impulses = derivative > {"acceleration-pulses": 2, "acceleration-jumps": 2, "jerk-pulses": 3}[name]
+    assert held_std(name, derivative, 3.0) == (math.inf if comes_in_impulses else 3.0 if holds else 0.0)
+    assert held_std(name, derivative, 0.0) == 0
 
 
 def test_nothing_is_held_where_nothing_pushes():

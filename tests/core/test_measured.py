@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from tracker_core import SCENARIOS, Experiment, InputError, run_experiment, run_filter
 from tracker_core.__main__ import main
+from tracker_core.consistency import believed_share
 from tracker_core.exports import write_track
 from tracker_core.innovations import examine
 from tracker_core.measured import (
@@ -307,6 +308,40 @@ def test_innovations_at_varying_intervals_are_measured_by_their_own_variance(gat
     assert result.evidence().nis.mean == pytest.approx(2, rel=0.05)
     steady = examine(result.track, result.measurements, result.gains, sensor_std=(2.0,), tracking_index=0.15)
     assert steady.nis.mean > 2.3
+
+
+@pytest.mark.parametrize("share", [0.05, 0.3])
+def test_missing_measurements_do_not_condemn_a_right_filter(pushed_target, share):
+    """At a constant interval too: after a gap an innovation is larger than after none."""
+    values = {"design": "steady-kalman", "order": 2, "tracking_index": 0.3, "noise_std": 2}
+    means, held = [], 0
+    for seed in range(20):
+        draw = np.random.default_rng(seed)
+        seen = pushed_target(2, np.ones(1000), 0.3, 2.0, draw, axes=2)
+        seen[draw.random(1000) < share] = np.nan
+        result = run_experiment(Experiment.from_dict(values | {"data": kept(table(np.arange(1000.0), seen))}))
+        assert result.measurements.interval == 1
+        nis = result.evidence().nis
+        means.append(nis.mean)
+        held += nis.holds
+    assert np.mean(means) == pytest.approx(2, rel=0.02)
+    # 95 % of them; 15 and fewer of 20 come once in four thousand times.
+    assert held >= 16
+
+
+@pytest.mark.parametrize("gate", [2.5, 3.0, 4.0])
+def test_what_a_narrow_gate_refuses_of_right_measurements_is_allowed_for(pushed_target, gate):
+    values = {"design": "steady-kalman", "order": 2, "tracking_index": 0.3, "noise_std": 2, "gate": gate}
+    means, held = [], 0
+    for seed in range(20):
+        seen = pushed_target(2, np.ones(2000), 0.3, 2.0, np.random.default_rng(seed), axes=2)
+        result = run_experiment(Experiment.from_dict(values | {"data": kept(table(np.arange(2000.0), seen))}))
+        nis = result.evidence().nis
+        means.append(nis.mean)
+        held += nis.holds
+    # What is refused is bridged, after which the right measurement is further from the prediction than those before.
+    assert 2 * believed_share(gate, 2) - 0.01 < np.mean(means) < 2.01
+    assert held >= 16
 
 
 def test_the_variance_of_innovations_knows_how_wrong_a_start_is():

@@ -208,3 +208,12 @@ def test_standard_deviations_that_do_not_fit_are_refused(std):
     with pytest.raises(InputError) as caught:
         signal_to_noise(np.ones((3, 2)), std)
     assert caught.value.field == "std"
+
+
+@pytest.mark.parametrize(
+    "draw", [white, lambda shape, std, seed: coloured(shape, std, seed, 0.5)], ids=["white", "coloured"]
+)
+@pytest.mark.parametrize("std", [(), (1.0, 2.0), (1.0, 2.0, 3.0, 4.0), (-1.0,), (math.nan,)], ids=str)
+def test_there_is_one_deviation_or_one_for_each_axis(draw, std):
+    with pytest.raises(InputError, match="^std must be"):
+        draw((4, 3), std, 1)

@@ -238,3 +238,9 @@ def test_what_is_no_place_on_the_path_is_refused(value):
 def test_only_positive_indices_have_a_share(value):
     with pytest.raises(InputError, match="^tracking_index must be a finite number > 0"):
         path_share(value)
+
+
+@pytest.mark.parametrize("order", [1, 5, 2.5, "x"])
+def test_the_input_is_of_an_order_that_there_is(order):
+    with pytest.raises(InputError, match="^order must be"):
+        process_input(order)

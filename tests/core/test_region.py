@@ -527,3 +527,9 @@ def test_slow_filters_are_brought_within_the_circle():
 def test_a_circle_that_is_not_within_the_unit_circle_is_refused(radius):
     with pytest.raises(InputError, match="^radius must be a finite number > 0 and < 1"):
         nearest_stable(Gains((3.0, 1.0)), radius)
+
+
+@pytest.mark.parametrize("points", [1, -3, 2.5, 2e6])
+def test_a_border_has_points(points):
+    with pytest.raises(InputError, match="^points must be"):
+        region_slice(Gains((0.5, 0.3)), points=points)

@@ -357,6 +357,28 @@ def test_a_comparison_is_that_of_the_runs_themselves(more):
                 assert (back.interval.low, back.interval.high) == (-found.interval.high, -found.interval.low)
 
 
+def test_a_run_without_a_prediction_has_not_stopped():
+    """As many samples as the start needs leave nothing to predict; the others of its figures are there."""
+    short = Experiment.from_dict(SHORT | {"samples": 3, "start": "three-point", "order": 3, "xi": 0.5})
+    comparison = last(MonteCarlo((short,), 20))
+    assert comparison.stopped.tolist() == [0]
+    assert comparison.own("estimation_rmse", 0).mean > 0
+    assert isnan(comparison.own("tracking_rmse", 0).mean)
+
+
+def test_seeds_that_run_out_are_refused_before_anything_is_run():
+    late = Experiment.from_dict(SHORT | {"seed": 2**53 - 2, "xi": 0.5})
+    studies = (
+        lambda runs: MonteCarlo((late,), runs),
+        lambda runs: Sweep(late, "xi", (0.4, 0.6), "estimation_rmse", runs),
+        lambda runs: Map(late, ("alpha", "beta"), "estimation_rmse", 5, 5, runs=runs),
+    )
+    for study in studies:
+        study(2)
+        with pytest.raises(InputError, match="^seed must be"):
+            study(3)
+
+
 def test_a_filter_that_leaves_the_world_is_counted_and_compared_where_it_stayed():
     wild = {"order": 2, "design": "manual", "alpha": 0.9, "beta": 3.5, "samples": 200}
     calm = Experiment.from_dict(SHORT | {"order": 2, "xi": 0.6, "samples": 200})

@@ -339,3 +339,24 @@ def test_the_command_takes_a_file(name, objective, tmp_path, capsys):
     assert told["low"] == [None] * 5
     sweep = Sweep(experiment(name), "xi", tuple(told["values"]), objective)
     np.testing.assert_allclose(told["mean"], last(sweep).scores[0, 0], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("manoeuvre", "order", "impulses"),
+    [
+        ("acceleration-pulses", 2, ""), ("acceleration-jumps", 2, ""), ("jerk-pulses", 3, ""),
+        ("acceleration-pulses", 3, "jerk"), ("acceleration-jumps", 3, "jerk"), ("jerk-pulses", 4, "snap"),
+    ],
+)  # fmt: skip
+def test_impulses_have_no_steady_lag(manoeuvre, order, impulses):
+    """Their mean square is infinite, not zero; where they are held, or shown by the states, it is finite."""
+    values = {"scenario": "constant-velocity", "manoeuvre": manoeuvre, "manoeuvre_std": 1, "order": order, "xi": 0.8}
+    one = Experiment.from_dict(values)
+    lag = run_experiment(one).metrics.lag
+    assert (lag is None) == bool(impulses)
+    assert ("noise_lag" in objectives_of(one)) == (not impulses)
+    if impulses:
+        with pytest.raises(InputError, match=f"a lag that has no size: the {impulses} of the target comes in impulses"):
+            Sweep(one, "xi", (0.4, 0.6), "noise_lag")
+    else:
+        assert lag > 0

@@ -258,7 +258,7 @@ def test_every_paper_run_with_noise_is_tested_for_consistency(controls_for, requ
     ("scenario", "index", "word"),
     [
         # A target that never manoeuvres: the innovations are as small as a model of hardly any says.
-        ("constant-velocity", 1e-3, "as the model says"),
+        ("constant-velocity", 5e-4, "as the model says"),
         ("constant-velocity", 0.1, "smaller"),
         ("jeong-ship", 1e-3, "larger"),
     ],
@@ -336,3 +336,16 @@ def test_the_responses_are_told_in_numbers(controls_for, request_for, order, nam
 def test_what_is_not_stable_has_no_frequency_response_to_tell(controls_for, request_for):
     captions = [caption for caption, *_ in tables(request_for, controls_for(**manual(UNSTABLE[2])))]
     assert captions == ["Poles", "Response: step"]
+
+
+def test_nis_is_that_of_the_evidence_wherever_the_run_is_not_steady(controls_for, request_for):
+    """With a gate that refused something the errors of the state have no steady covariance to be measured by."""
+    values = {"scenario": "jeong-ship", "design": "steady-kalman", "order": 2, "tracking_index": 0.2, "gate": 2}
+    *_, (caption, _, rows) = merit_tables(request_for, controls_for(**values))
+    assert caption.startswith("Consistency")
+    result = run_experiment(Experiment.from_dict(values))
+    assert result.track.rejected.any()
+    [(_, mean, between, _)] = rows
+    nis = result.evidence().nis
+    assert number(mean) == pytest.approx(nis.mean, rel=2e-3)
+    assert [number(end) for end in between.split(" to ")] == pytest.approx([nis.low, nis.high], rel=2e-3)

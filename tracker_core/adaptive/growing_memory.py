@@ -1,5 +1,8 @@
 """M2 of Al-Wagih & Abdulla: least squares over all measurements so far, whose gains fall with their number n.
 
+That is what these gains are for an even series. Over gaps and at intervals that vary they are not, and errors are
+larger than those of least squares, whose gains would depend on when it was measured (see `tracker_core.starts`).
+
 With D = n(n+1)...(n+m-1), m the order:
 
     m = 2   alpha = 2(2n-1)/D               beta = 6/D
@@ -61,7 +64,7 @@ METHOD = Method(
     orders=(2, 3, 4),
     parameters={},
     work=work,
-    sentence="Least squares over all measurements so far: the gains fall as their number n grows, and never stop "
-    "falling. Order 2: α = 2(2n − 1)/n(n + 1), β = 6/n(n + 1).",
+    sentence="Least squares over all measurements of an even series so far: the gains fall as their number n grows, "
+    "and never stop falling. Order 2: α = 2(2n − 1)/n(n + 1), β = 6/n(n + 1).",
     source="Al-Wagih & Abdulla, eq. 24, method M2; Brookner 1998, expanding-memory polynomial filters",
 )

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tracker_core.checks import Domain, InputError
 from tracker_core.conventions import Gains
 from tracker_core.experiment import Experiment
+from tracker_core.fields import SEED
 from tracker_core.region import PLANES, region_slice
 from tracker_core.stability import stable
 from tracker_core.statistics import CONFIDENCE, Interval, mean_interval, percent_more
@@ -142,6 +143,7 @@ class Map:
         CELLS.check("columns", self.columns)
         CELLS.check("rows", self.rows)
         RUNS.check("runs", self.runs)
+        SEED.check("seed", self.experiment.seed + self.runs - 1)
         WEIGHT.check("weight", self.weight)
         if self.experiment.method is not None:
             raise InputError("design", "must have constant gains for a map", self.experiment.design)

@@ -12,6 +12,7 @@ import numpy as np
 from tracker_core.batch import KINDS
 from tracker_core.checks import Domain, InputError
 from tracker_core.experiment import Experiment
+from tracker_core.fields import SEED
 from tracker_core.metrics import METRICS
 from tracker_core.run import SEEN, observation_rmse, observe_runs, run_experiment
 from tracker_core.statistics import CONFIDENCE, Interval, half_width, percent_interval
@@ -174,6 +175,7 @@ class MonteCarlo:
             raise InputError("runs", "must not be asked for of a recording: it cannot be run again", self.runs)
         if not has_chance(first):
             raise InputError("noise", "must leave something to chance: every run would be the same", first.noise)
+        SEED.check("seed", first.seed + self.runs - 1)
         check_steps("runs", self.runs, self._steps(self.runs))
 
     def _steps(self, runs: int) -> int:
@@ -205,7 +207,7 @@ def _weight(experiment: Experiment) -> int:
 def _compared(experiments: tuple[Experiment, ...], seeds: range) -> tuple[Moments, IntArray, int]:
     """Moments over some runs, and how often every filter was stopped."""
     values = figures_of(experiments, seeds)
-    return Moments.of(values), np.isnan(values[:, :, 0]).sum(axis=0), len(seeds)
+    return Moments.of(values), np.isnan(values).all(axis=2).sum(axis=0), len(seeds)
 
 
 def figures_of(experiments: tuple[Experiment, ...], seeds: range) -> FloatArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import inf
 
 from tracker_core.batch import KINDS, Errors
 from tracker_core.checks import InputError, check_choice
@@ -81,10 +82,11 @@ OBJECTIVES: dict[str, Objective] = {
 }
 """What can be tuned for; all in metres, and the smaller the better."""
 
-TRUTH, DERIVATIVE, STEADY = (
+TRUTH, DERIVATIVE, STEADY, IMPULSIVE = (
     "must not need the truth: nobody knows where the target was",
     "must not need the {} of the target: nobody knows it",
     "must not weigh a lag that no filter has: the {} of the target is zero, and the smoother the better",
+    "must not weigh a lag that has no size: the {} of the target comes in impulses",
 )
 """Rules that an objective breaks which cannot be had."""
 
@@ -119,8 +121,8 @@ def _broken(name: str, experiment: Experiment) -> str:
         return TRUTH
     if name == NOISE_LAG and experiment.target.known_states <= experiment.order:
         return DERIVATIVE.format(_DERIVATIVES[experiment.order])
-    if name == NOISE_LAG and not strength_of(experiment):
-        return STEADY.format(_DERIVATIVES[experiment.order])
+    if name == NOISE_LAG and (rule := {0.0: STEADY, inf: IMPULSIVE}.get(strength_of(experiment))):
+        return rule.format(_DERIVATIVES[experiment.order])
     return ""
 
 

@@ -17,6 +17,7 @@ from tracker_core.design import DESIGNS, MANUAL
 from tracker_core.design.steady_kalman import time_power, tracking_index_of
 from tracker_core.experiment import PARAMETERS as DESIGN_PARAMETERS
 from tracker_core.experiment import Experiment
+from tracker_core.fields import SEED
 from tracker_core.region import BOX, gain_interval
 from tracker_core.stability import stable
 from tracker_core.statistics import Interval, least_places, mean_interval, percent_more, place_interval
@@ -296,6 +297,7 @@ class Sweep:
         for name in self.objectives:
             check_objective(name, self.experiment)
         RUNS.check("runs", self.runs)
+        SEED.check("seed", self.experiment.seed + self.runs - 1)
         WEIGHT.check("weight", self.weight)
         POINTS.check("values", len(self.values))
         if any(not a < b for a, b in zip(self.values, self.values[1:], strict=False)):

@@ -20,7 +20,7 @@ from layouts.shown import Shown
 from layouts.state import LIMIT_FIELDS, Settings
 from layouts.text import change_text, metric_text, significant
 from tracker_core import InputError, Result
-from tracker_core.consistency import average, error_squared, innovation_squared, model_covariance
+from tracker_core.consistency import average, error_squared, model_covariance
 from tracker_core.merits import MERITS, merits
 from tracker_core.optimal import distance_from_optimal
 from tracker_core.poles import damping_class, damping_ratio
@@ -140,37 +140,40 @@ def _merit_tables(result: Result, settings: Settings) -> list[Component]:
 
 def _consistency(result: Result) -> list[Component]:
     """Whether the innovations and errors of the run are as large as the model that suits the gains says."""
-    experiment = result.experiment
-    if experiment.noise == "none" or not all(result.noise_std) or result.selection is not None:
+    experiment, evidence = result.experiment, result.evidence()
+    nis, settling = evidence.nis, float(step_figures(result.gains.vector)[1])
+    if nis is None or result.selection is not None or not settling < experiment.samples:
         return []
-    settling = float(step_figures(result.gains.vector)[1])
-    if not settling < experiment.samples:
-        return []
-    index = experiment.tracking_index or distance_from_optimal(result.gains).tracking_index
-    model = model_covariance(result.gains, index)
-    axes, order = len(result.scenario.axes), experiment.order
-    stds = np.array(result.noise_std)
-    # What the start has left behind is none of the model's.
-    steady = slice(int(settling), None)
-    squares = innovation_squared(result.track.believed[steady] / stds, model.innovation).sum(axis=1)
-    nis = average(squares, axes, correlation=model.correlation)
-    errors = (result.track.smoothed - result.truth.states[:, :, :order]) * experiment.interval ** np.arange(order)
-    nees = average(error_squared(errors[steady] / stds[:, None], model.smoothed).ravel(), order)
-    if not nis.count:
-        return []
+    index = distance_from_optimal(result.gains).tracking_index
     rows = [
         ["NIS, innovations", significant(nis.mean), f"{significant(nis.low)} to {significant(nis.high)}",
          "as the model says" if nis.holds else "larger" if nis.mean > nis.high else "smaller"],
     ]  # fmt: skip
-    # Of a recording nobody knows the true velocity.
-    if nees.count:
-        times = f"{significant(nees.mean / order, 3)} times"
-        rows.append(["NEES, errors of the state", significant(nees.mean), f"{order} on average", times])
+    nees = _nees(result, index, int(settling))
+    if nees is not None:
+        order = experiment.order
+        times = f"{significant(nees / order, 3)} times"
+        rows.append(["NEES, errors of the state", significant(nees), f"{order} on average", times])
     caption = (
         f"Consistency with the model of tracking index Λ = {significant(index, 3)}, after the start; "
         "the interval allows for the correlation that gains which are not optimal leave in the innovations"
     )
     return [table(caption, ["", "mean", "if the model is right", ""], rows)]
+
+
+def _nees(result: Result, index: float, settling: int) -> float | None:
+    """The mean NEES of the axes after the start; None without a truth, or a steady covariance of the errors."""
+    experiment, track, measurements = result.experiment, result.track, result.measurements
+    is_even = measurements.interval is not None and not np.isnan(measurements.positions).any()
+    if not is_even or (track.rejected is not None and track.rejected.any()):
+        return None
+    order = experiment.order
+    errors = (track.smoothed - result.truth.states[:, :, :order]) * experiment.interval ** np.arange(order)
+    covariance = model_covariance(result.gains, index).smoothed
+    # What the start has left behind is none of the model's.
+    nees = average(error_squared(errors[settling:] / np.array(result.noise_std)[:, None], covariance).ravel(), order)
+    # Of a recording nobody knows the true velocity.
+    return nees.mean if nees.count else None
 
 
 DESK = Desk(
