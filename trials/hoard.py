@@ -85,13 +85,14 @@ KINDS: dict[str, Said] = {
 
 
 def trial(short: bool = False) -> Iterator[Finding]:
-    """Each kind in turn, at a server of its own."""
+    """Each kind in turn."""
     connections, rounds = SHORT if short else (CONNECTIONS, ROUNDS)
-    for kind, said in KINDS.items():
-        with tempfile.TemporaryFile() as log:
-            with running(log) as it:
-                yield from uvloop.run(_tried(kind, it.port, psutil.Process(it.process.pid), said, connections, rounds))
-            yield none_of(f"{kind}: tracebacks in the log", tracebacks(log), "all")
+    with tempfile.TemporaryFile() as log:
+        with running(log) as it:
+            server = psutil.Process(it.process.pid)
+            for kind, said in KINDS.items():
+                yield from uvloop.run(_tried(kind, it.port, server, said, connections, rounds))
+        yield none_of("tracebacks in the log", tracebacks(log), "all")
 
 
 async def _tried(
