@@ -169,7 +169,7 @@ def resolve(
     try:
         draft.apply()
     except InputError as error:
-        return _refused(draft, [error], pinning)
+        return _refused(draft, [error.kept()], pinning)
     experiment, errors = read_experiment(draft.experiment_values())
     if experiment is not None:
         follow(draft.controls, moved)

@@ -135,7 +135,7 @@ def answer(desk: Desk, question: Question) -> tuple[list[Any], dict[str, Any]]:
         shown = _shown(question, resolution.settings, live=False)
     except InputError as error:
         # What only the run finds out: too few measurements for the start, say.
-        return _kept(desk, question, replace(resolution, errors=(error,)))
+        return _kept(desk, question, replace(resolution, errors=(error.kept(),)))
     keys, before = drawing_keys(desk, shown), question.drawn
     updates: list[Any] = []
     wanted = list(desk.plots) if question.want is None else question.want
@@ -170,7 +170,7 @@ def live_answer(desk: Desk, question: Question) -> tuple[dict[str, Any], list[Fl
     try:
         shown = _shown(question, resolution.settings, live=True)
     except InputError as error:
-        return _refusal(desk, question, replace(resolution, errors=(error,))), []
+        return _refusal(desk, question, replace(resolution, errors=(error.kept(),))), []
     keys, before = drawing_keys(desk, shown), question.drawn
     lines: dict[str, list[list[int]]] = {}
     arrays: list[FloatArray] = []

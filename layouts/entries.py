@@ -24,5 +24,5 @@ def read_entries(
         try:
             read[name] = reader(values[name])
         except InputError as error:
-            errors.append(error)
+            errors.append(error.kept())
     return read, errors

@@ -5,11 +5,16 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import gc
+import threading
+import time
 
 YOUNG, MIDDLE, OLD = 10_000, 5, 2
 """An answer makes thousands of values and lets go of all of them: with Python's 700, the collector looks through them
-several times while it is being made. So it is called less often, and then looks at what is old sooner: all of it every
-two minutes where a class is at work, which takes a tenth of a second."""
+several times while it is being made. So it is called less often, and then looks at what is old sooner."""
+
+EVERY = 120.0
+"""Seconds after which all of it is looked at in any case, which takes a twentieth of a second to a tenth. The collector
+goes by how many values have become old, and a few of them may hold megabytes."""
 
 ARENAS = 2
 
@@ -47,3 +52,14 @@ def settle() -> None:
     gc.set_threshold(YOUNG, MIDDLE, OLD)
     # Old values are looked through once there are a quarter more than were left the last time: of those to look at.
     gc.collect()
+    if not any(thread.name == _LOOKING for thread in threading.enumerate()):
+        threading.Thread(target=_look, name=_LOOKING, daemon=True).start()
+
+
+_LOOKING = "memory"
+
+
+def _look() -> None:
+    while True:
+        time.sleep(EVERY)
+        gc.collect()

@@ -31,6 +31,15 @@ class InputError(ValueError):
         name = name if len(name) <= RECEIVED_LENGTH else name[: RECEIVED_LENGTH - 1] + "…"
         super().__init__(f"{name} {rule}, got {show(received)}")
 
+    def kept(self) -> InputError:
+        """Itself, without where it was raised.
+
+        An exception knows all frames down to there, with everything in them. Kept in one of them it would keep that,
+        until the collector looks at what is old.
+        """
+        self.__traceback__ = self.__cause__ = self.__context__ = None
+        return self
+
     def __reduce__(self) -> tuple[Any, ...]:
         """So that it comes whole from another process."""
         return type(self), (self.field, self.rule, self.received), self.__dict__

@@ -287,13 +287,13 @@ def read_experiment(values: Mapping[str, Any]) -> tuple[Experiment | None, list[
         try:
             known[name] = FIELDS[name].read(name, value)
         except InputError as error:
-            errors.append(error)
+            errors.append(error.kept())
     if errors:
         return None, errors
     try:
         return Experiment(**_complete(known)), []
     except InputError as error:
-        return None, [error]
+        return None, [error.kept()]
 
 
 def read_filter(values: Mapping[str, Any]) -> dict[str, Any]:

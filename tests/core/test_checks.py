@@ -1,6 +1,8 @@
 """Domains of numbers, and the error that names field, rule and value."""
 
+import gc
 import math
+import weakref
 
 import numpy as np
 import pytest
@@ -104,3 +106,32 @@ def test_any_other_choice_is_refused(value):
         check_choice("start", value, ["first", "known"])
     assert (caught.value.field, caught.value.rule) == ("start", "must be one of first, known")
     assert caught.value.received is value
+
+
+def test_an_error_that_is_kept_keeps_nothing_else():
+    """Without the collector's help: neither what was there when it was raised, nor what it was raised from."""
+
+    class Large:
+        pass
+
+    def refused():
+        large = Large()
+        seen.append(weakref.ref(large))
+        errors = []
+        try:
+            try:
+                raise ValueError
+            except ValueError as error:
+                raise InputError("n", "must be > 0", -1) from error
+        except InputError as error:
+            errors.append(error.kept())
+        return errors[0]
+
+    seen = []
+    gc.disable()
+    try:
+        error = refused()
+        assert seen[0]() is None
+    finally:
+        gc.enable()
+    assert str(error) == "n must be > 0, got -1"

@@ -35,6 +35,33 @@ def test_how_often_it_looks_depends_on_what_came_after_the_start(more, times):
     assert said.stdout.split() == ["True", str(times)]
 
 
+CIRCLES = """
+import gc, time, weakref
+from server import memory
+
+class Circle:
+    def __init__(self):
+        self.own = self
+
+memory.EVERY = 0.05
+memory.settle()
+memory.settle()
+circle = Circle()
+gc.collect(0), gc.collect(1)
+seen = weakref.ref(circle)
+del circle
+until = time.monotonic() + 20
+while seen() is not None and time.monotonic() < until:
+    time.sleep(0.01)
+print(seen() is None, [thread.name for thread in memory.threading.enumerate()].count("memory"))
+"""
+
+
+def test_it_looks_at_what_is_old_where_nothing_more_becomes_old():
+    said = subprocess.run([sys.executable, "-c", CIRCLES], cwd=ROOT, capture_output=True, check=True, text=True)
+    assert said.stdout.split() == ["True", "1"]
+
+
 HOLES = """
 import gc, sys
 from server import memory
