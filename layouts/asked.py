@@ -42,6 +42,7 @@ class Asked:
         stopped: set once nobody wants it any more, or it has ended.
         last: how far it had come when it was shown last, and after how many seconds; None once all of it is there, or
             there was no room for it any more.
+        is_forgotten: whether its page has gone, so that nobody will look back at it.
     """
 
     study: Study
@@ -51,6 +52,7 @@ class Asked:
     client: str
     stopped: threading.Event = field(default_factory=threading.Event)
     last: tuple[Progress[Any], float] | None = None
+    is_forgotten: bool = False
 
     def post(self, message: Mapping[str, Any]) -> None:
         """Send to the page, from a thread."""

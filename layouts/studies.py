@@ -100,7 +100,7 @@ class Studies:
             try:
                 await listen(websocket, read_study_question, page.ask, _unreadable)
             finally:
-                page.stop()
+                page.leave()
                 sending.cancel()
 
     def stop(self) -> None:
@@ -123,6 +123,8 @@ class Studies:
 
     def _look_back(self, asked: Asked) -> None:
         """Keep how far a study had come that runs no more, as long as there is room: its page may want to see it."""
+        if asked.is_forgotten:
+            asked.last = None
         if asked.last is None:
             return
         self._unfinished[asked] = asked.last[0]
@@ -150,6 +152,11 @@ class Studies:
         asked.stopped.set()
         if self._line.remove(asked.client, asked):
             self._call()
+
+    def forget(self, asked: Asked) -> None:
+        """Nobody will look back at it."""
+        asked.is_forgotten, asked.last = True, None
+        self._unfinished.pop(asked, None)
 
     def _call(self) -> None:
         """Whose turn it is begins, the others are told their places."""
@@ -305,3 +312,10 @@ class _Page:
         if self._asked is not None:
             self._studies.leave(self._asked)
             self._left, self._asked = self._asked, None
+
+    def leave(self) -> None:
+        """The page has gone."""
+        self.stop()
+        if self._left is not None:
+            self._studies.forget(self._left)
+            self._left = None

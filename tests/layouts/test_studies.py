@@ -344,6 +344,12 @@ async def test_so_much_of_what_was_stopped_is_kept(stage):
         looked[name] = "content" in await page.until("stopped", seq=3)
     slow()
     assert looked == {"a": False, "b": True, "c": True}
+    # Pages that go take it with them.
+    assert len(stage.studies._unfinished) == 2
+    for page in pages.values():
+        page.close()
+    await asyncio.gather(*(page.task for page in pages.values()))
+    assert not stage.studies._unfinished
 
 
 @played
@@ -371,6 +377,20 @@ async def test_a_study_goes_on_where_nobody_has_time_to_show_it_anew(stage):
     assert done["content"] == {"texts": {"said": "b 10 dark"}}
     assert stage.gates.begun == ["b"]
     slow()
+
+
+@played
+async def test_a_page_that_goes_away_leaves_nothing_behind(stage):
+    slow = stage.set_for_all(STEP=0.0)
+    page = stage.socket()
+    page.say(seq=1, query="a")
+    await page.until("running", done=1, of=10)
+    page.close()
+    await page.task
+    stage.gates.gate("a").set()
+    await eventually(lambda: stage.studies.load() == (0, 0))
+    slow()
+    assert not stage.studies._unfinished
 
 
 @played
