@@ -51,6 +51,9 @@ PATIENCE = 30.0
 LOOKED_AT, READ_AT = 2, 4
 """Files that are looked at at a time, and pieces of files that are read or written."""
 
+LIFETIME = 15 * 60.0
+"""Seconds after which memory lets go of a file that nobody asks for: a browser that keeps it sends it again."""
+
 AGAIN = 5
 """Seconds after which to try again where nobody can say when there will be room."""
 
@@ -117,6 +120,7 @@ class Uploads:
         `GET /recordings` says what is kept and how much; `GET /recordings/{data}` gives a file back as it came.
         What is refused is answered as `problem` has it.
         """
+        SHELF.lifetime = LIFETIME
 
         @server.get("/recordings")
         async def terms() -> JSONResponse:

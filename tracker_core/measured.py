@@ -5,11 +5,12 @@ from __future__ import annotations
 import hashlib
 import re
 import threading
+import time
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from math import floor, log10
+from math import floor, inf, log10
 
 import numpy as np
 
@@ -31,6 +32,9 @@ DATA = re.compile(r"[0-9a-f]{32}")
 NAME_LENGTH = 80
 
 SHELF_BYTES = 64_000_000
+
+FILE_BYTES = 1_000
+"""That a file takes beside its content."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,30 +75,55 @@ class Shelf:
     """Files in memory; those that nobody has asked for longest make room.
 
     Args:
-        most: bytes of all together.
+        most: bytes of all together, with FILE_BYTES more for each.
+
+    Attributes:
+        lifetime: seconds after which a file is let go that nobody asks for; for ever, unless somebody sets it.
     """
 
     def __init__(self, most: int = SHELF_BYTES) -> None:
+        self.lifetime = inf
         self._most = most
-        self._files: OrderedDict[str, File] = OrderedDict()
+        self._files: OrderedDict[str, tuple[float, File]] = OrderedDict()
+        self._bytes = 0
         self._lock = threading.Lock()
+
+    def __len__(self) -> int:
+        return len(self._files)
 
     def keep(self, file: File) -> str:
         """Put a file there; what it is known by."""
         data = file.data
         with self._lock:
-            self._files.pop(data, None)
-            self._files[data] = file
-            while len(self._files) > 1 and sum(len(kept.content) for kept in self._files.values()) > self._most:
-                self._files.popitem(last=False)
+            if data in self._files:
+                self._let_go(data)
+            self._files[data] = time.monotonic(), file
+            self._bytes += len(file.content) + FILE_BYTES
+            self._forget()
         return data
 
     def fetch(self, data: str) -> File | None:
         """The file, if it is there."""
         with self._lock:
-            if data in self._files:
-                self._files.move_to_end(data)
-            return self._files.get(data)
+            self._forget()
+            if data not in self._files:
+                return None
+            _, file = self._files.pop(data)
+            self._files[data] = time.monotonic(), file
+            return file
+
+    def _forget(self) -> None:
+        """Let go of what is too much, or has not been asked for."""
+        since = time.monotonic() - self.lifetime
+        while self._files:
+            oldest, (asked, _) = next(iter(self._files.items()))
+            if asked >= since and (self._bytes <= self._most or len(self._files) == 1):
+                return
+            self._let_go(oldest)
+
+    def _let_go(self, data: str) -> None:
+        _, file = self._files.pop(data)
+        self._bytes -= len(file.content) + FILE_BYTES
 
 
 SHELF = Shelf()

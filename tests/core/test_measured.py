@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracker_core import SCENARIOS, Experiment, InputError, run_experiment, run_filter
+from tracker_core import SCENARIOS, Experiment, InputError, measured, run_experiment, run_filter
 from tracker_core.__main__ import main
 from tracker_core.consistency import believed_share
 from tracker_core.exports import write_track
 from tracker_core.innovations import examine
 from tracker_core.measured import (
+    FILE_BYTES,
     NAME_LENGTH,
     RECORDING,
     SHELF,
@@ -104,12 +105,13 @@ def test_a_name_is_one_line_without_folders(name):
 
 @given(st.lists(st.binary(min_size=1, max_size=40), min_size=1, max_size=30))
 def test_a_shelf_holds_what_was_asked_for_last(contents):
-    shelf = Shelf(most=60)
+    most = 60 + 3 * FILE_BYTES
+    shelf = Shelf(most)
     for content in contents:
         shelf.keep(File("", content))
-    room, expected = 60, []
+    room, expected = most, []
     for content in dict.fromkeys(reversed(contents)):
-        room -= len(content)
+        room -= len(content) + FILE_BYTES
         if room < 0:
             break
         expected.append(content)
@@ -117,6 +119,26 @@ def test_a_shelf_holds_what_was_asked_for_last(contents):
     for content in dict.fromkeys(contents):
         file = shelf.fetch(content_name(content))
         assert (file is not None and file.content == content) == (content in expected)
+
+
+def test_what_nobody_asks_for_is_let_go_where_that_is_wanted(monkeypatch):
+    now = [1000.0]
+    monkeypatch.setattr(measured.time, "monotonic", lambda: now[0])
+    shelf = Shelf()
+    first, second = (shelf.keep(File("", content)) for content in (b"one", b"two"))
+    now[0] += 1e9
+    assert shelf.fetch(first)
+    shelf.lifetime = 60.0
+    now[0] += 40
+    # The second has not been asked for since it came.
+    assert shelf.fetch(first)
+    assert shelf.fetch(second) is None
+    now[0] += 59
+    assert shelf.fetch(first)
+    now[0] += 61
+    assert shelf.fetch(first) is None
+    assert len(shelf) == 0
+    assert shelf._bytes == 0
 
 
 def test_a_recording_is_an_experiment(constant):

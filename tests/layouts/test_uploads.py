@@ -357,3 +357,13 @@ def test_who_goes_away_in_the_middle_leaves_nothing(address, store):
     asyncio.run(eventually(lambda: inside(store)))
     connection.close()
     asyncio.run(eventually(lambda: not inside(store)))
+
+
+def test_memory_lets_go_of_what_nobody_asks_for(ask, shelf, monkeypatch):
+    """The browser that keeps it sends it again."""
+    server = server_for(None)
+    data = put(ask, server, keep="browser").json()["data"]
+    assert shelf.fetch(data)
+    monkeypatch.setattr(shelf, "lifetime", shelf.lifetime - uploads.LIFETIME)
+    assert shelf.fetch(data) is None
+    assert put(ask, server, keep="browser").json()["data"] == data
