@@ -33,9 +33,10 @@ class Line(Generic[T]):
     def __init__(self, most: int, most_of_one: int, waiting: int) -> None:
         self._turns = Places(most, most_of_one)
         self._waiting = waiting
-        # Of each client that has one at all: who waits, and the number of its last turn.
+        # Of each client that has one at all: who waits, and the number of its last turn, or of the last of all before
+        # it came.
         self._lines: dict[str, deque[T]] = {}
-        self._last: dict[str, int] = {}
+        self._last: dict[str, float] = {}
         self._number = 0
 
     def __len__(self) -> int:
@@ -61,6 +62,9 @@ class Line(Generic[T]):
         if not self._turns.has(client) and (len(self) >= self._waiting or there >= share(self._waiting)):
             return False
         self._lines.setdefault(client, deque()).append(one)
+        # Before whoever had the last turn, but not before those who wait for longer, as it would be if it had never had
+        # one: while others come all the time, whoever waits for a second turn would wait for ever.
+        self._last.setdefault(client, self._number - 0.5)
         return True
 
     def next(self) -> T | None:
@@ -98,7 +102,7 @@ class Line(Generic[T]):
 
     def _in_turn(self) -> Iterator[tuple[str, T]]:
         clients = [
-            (self._turns.held(client), self._last.get(client, 0), place, client, iter(line))
+            (self._turns.held(client), self._last[client], place, client, iter(line))
             for place, (client, line) in enumerate(self._lines.items())
         ]
         heapify(clients)

@@ -56,6 +56,22 @@ def test_the_line_says_in_which_order_it_will_be():
     assert order == ["b1", "c1", "a2", "b2", "a3"]
 
 
+@pytest.mark.parametrize("most", [1, 2])
+def test_whoever_comes_later_does_not_come_first_for_ever(most):
+    """A client that has had a turn and wants another, while others come who never had one."""
+    line = Line(most, most, 1000)
+    entered(line, "a1", "a2", "a3")
+    running, order = turns(line), []
+    for number in range(20):
+        name = f"{chr(0x4E00 + number)}1"
+        entered(line, name)
+        line.leave(running.pop(0)[0])
+        called = turns(line)
+        running += called
+        order += called
+    assert order.index("a3") <= 4
+
+
 def test_the_line_ends_and_half_of_it_is_one_clients():
     line = Line(1, 1, 4)
     assert entered(line, "a1") == turns(line) == ["a1"]
