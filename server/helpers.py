@@ -22,8 +22,6 @@ from time import monotonic
 import msgspec
 
 from server import child
-from server.clients import CLIENT
-from server.line import Line
 from server.work import SECONDS, busy, late
 
 EVERY = 0.25
@@ -39,7 +37,7 @@ DEPTH = 16
 """Questions that a helper has at a time: enough that it does not wait for the event loop, which hears it in turn."""
 
 WAITING = 1_000
-"""Questions that may wait for a helper, half of them one client's; they take some seconds."""
+"""Questions that may wait for a helper; they take some seconds."""
 
 IDLE = 300.0
 """Seconds after which a helper is ended that nobody has needed."""
@@ -102,7 +100,7 @@ class Helpers:
         self._command = tuple(command)
         self._folder = folder
         self._helpers: list[_Helper] = []
-        self._line: Line[_Asked] = Line(0, 0, WAITING)
+        self._line: deque[_Asked] = deque()
         self._watching: asyncio.Task[None] | None = None
         self._ended = False
 
@@ -122,22 +120,16 @@ class Helpers:
             self._watching = asyncio.create_task(self._watch(), name="helpers")
         if not any(helper.is_ready for helper in self._helpers):
             return None
-        client = CLIENT.get()
-        asked = _Asked(name, question, asyncio.get_running_loop().create_future(), monotonic())
-        if not self._line.enter(client, asked):
+        if len(self._line) >= WAITING:
             raise busy()
+        asked = _Asked(name, question, asyncio.get_running_loop().create_future(), monotonic())
+        self._line.append(asked)
         self._give()
         try:
             async with asyncio.timeout(self._seconds):
                 return await asked.answer
         except TimeoutError:
             raise late(self._seconds) from None
-        finally:
-            if asked.given:
-                self._line.leave(client)
-            else:
-                self._line.remove(client, asked)
-            self._give()
 
     def running(self) -> int:
         """Helpers that are ready or being started."""
@@ -152,19 +144,18 @@ class Helpers:
             helper.kill()
 
     def _give(self) -> None:
-        """Give what waits to whoever has least to do; clients take turns."""
+        """Give what waits to whoever has least to do."""
         ready = [helper for helper in self._helpers if helper.is_ready]
-        if not ready:
-            for asked in self._line:
+        while self._line:
+            helper = min(ready, key=len, default=None)
+            if helper is not None and len(helper) >= DEPTH:
+                return
+            asked = self._line.popleft()
+            if helper is None:
                 asked.fail()
-            return
-        turns = DEPTH * len(ready)
-        self._line.allow(turns, turns)
-        while len(helper := min(ready, key=len)) < DEPTH and (called := self._line.next()) is not None:
-            called.given = monotonic()
-            # There may be nobody any more who waits for it.
-            if not called.answer.done():
-                helper.ask(called)
+            elif not asked.answer.done():
+                # Somebody still waits for it.
+                helper.ask(asked)
 
     async def _watch(self) -> None:
         """Look how long answers wait; where they do most of the time, call help."""
@@ -260,6 +251,7 @@ class _Helper:
         if self._says is None:
             asked.fail()
             return
+        asked.given = monotonic()
         self._asked.append(asked)
         self._says.write(frame((asked.name, asked.question())))
 

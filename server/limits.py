@@ -103,10 +103,6 @@ class Places:
         self._lock = threading.Lock()
         self.total = 0
 
-    def allow(self, most: int, most_of_one: int) -> None:
-        """Have so many from now on; what is held stays so."""
-        self._most, self._most_of_one = most, most_of_one
-
     def has(self, client: str, amount: int = 1) -> bool:
         """Whether there are so many for a client."""
         return self.total + amount <= self._most and self._held[client] + amount <= self._most_of_one

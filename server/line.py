@@ -52,10 +52,6 @@ class Line(Generic[T]):
         """How many have a turn."""
         return self._turns.total
 
-    def allow(self, most: int, most_of_one: int) -> None:
-        """Have so many turns at a time from now on; who has one keeps it."""
-        self._turns.allow(most, most_of_one)
-
     def enter(self, client: str, one: T) -> bool:
         """Put somebody in the line; whether there was a turn at once, or room to wait."""
         there = len(self._lines.get(client, ()))

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from server import helpers
-from server.clients import CLIENT
 from server.helpers import ComputingError, HelperGoneError, Helpers
 from server.work import NoAnswerError
 from tests.waiting import eventually, is_running
@@ -181,34 +180,19 @@ def test_what_one_cannot_take_yet_waits(hurried, monkeypatch):
     assert given == [0, 1, 2, 3, 5, 6, 7, 8]
 
 
-async def compute_for(client, some, name, given):
-    """What a helper computes for a client; when it is given the question, the name is put down."""
-    CLIENT.set(client)
-    return await some.compute(name, lambda: given.append(name) or b"")
-
-
-def test_clients_take_turns_in_a_line_that_has_an_end(hurried, monkeypatch):
-    """However much one asks; half of the line is the most that waits of one."""
+def test_a_line_has_an_end(hurried, monkeypatch):
     monkeypatch.setattr(helpers, "DEPTH", 1)
-    monkeypatch.setattr(helpers, "WAITING", 4)
-    given = []
+    monkeypatch.setattr(helpers, "WAITING", 2)
 
     async def play(some):
         await answered(some)
-        names = ("a0", "a1", "a2", "a3", "b0", "c0", "d0")
-        asked = [asyncio.create_task(compute_for(name[0], some, name, given)) for name in names]
-        found = dict(zip(names, await asyncio.gather(*asked, **KEPT), strict=True))
-        # Every turn has been given back.
-        assert await some.compute("z", lambda: b"") == b"z"
-        return found
+        asked = [asyncio.create_task(some.compute("a", lambda: b"")) for _ in range(4)]
+        return await asyncio.gather(*asked, **KEPT)
 
-    found = with_helpers(play)
-    for name in ("a3", "d0"):
-        refused = found.pop(name)
-        assert isinstance(refused, NoAnswerError)
-        assert (refused.status, refused.again) == (503, 2)
-    assert all(answer == name.encode() for name, answer in found.items())
-    assert given == ["a0", "b0", "c0", "a1", "a2"]
+    *found, refused = with_helpers(play)
+    assert found == [b"a"] * 3
+    assert isinstance(refused, NoAnswerError)
+    assert (refused.status, refused.again) == (503, 2)
 
 
 def test_what_waits_for_one_that_is_lost_hears_of_it(hurried, monkeypatch):
