@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from dash import Dash
 
     from layouts.files import Store
+    from layouts.services import Services
 
 ROOT = Path(__file__).parent
 BAD_SETTING = 2
@@ -56,28 +57,14 @@ def build(
     from layouts import document, scenes, shell, takeaway
     from layouts.incoming import MEGABYTE
     from layouts.pages import compare, data, explore, papers, stability, track, tune
-    from layouts.services import Services
-    from layouts.studies import Studies
     from layouts.uploads import WAY_IN, Uploads
     from server import guard, metrics
     from server.compression import Compression
     from server.dispatch import Dispatch, finish
     from server.files import Files, Serving
-    from server.helpers import Helpers
-    from server.work import Work
 
     life = life or Life()
-    work = Work(seconds=settings.work_seconds)
-    helper = sys.executable, "-m", "layouts.helper", settings.log, settings.log_level
-    services = Services(
-        scenes.Scenes(settings.scenes),
-        Studies(work, executor, minutes=settings.study_minutes, waiting=settings.studies_waiting),
-        work,
-        Helpers(settings.helpers, helper, ROOT, settings.work_seconds),
-    )
-    life.at_stop(services.helpers.stop)
-    life.at_stop(services.scenes.close)
-    life.at_stop(services.studies.stop)
+    services = _services(settings, executor, life)
     app = Dash(
         "gainscope",
         backend=Dispatch,
@@ -97,7 +84,7 @@ def build(
     life.attach(server)
     metrics.attach(server, settings.metrics_token)
     Uploads(store, most_bytes=int(settings.upload_mb * MEGABYTE)).attach(server)
-    takeaway.attach(server, work, store.directory if store is not None and not store.problem else None)
+    takeaway.attach(server, services.work, store.directory if store is not None and not store.problem else None)
     if store is not None:
         look_in(store.fetch)
     services.attach(server)
@@ -105,7 +92,7 @@ def build(
         register_page(page.__name__, path=page.PATH, name=page.NAME, title=page.TITLE, order=order, layout=page.layout)
         page.register(app, services)
     app.layout = partial(shell.frame, settings.work_seconds)
-    finish(app, work)
+    finish(app, services.work)
     files = Files(ROOT / "compressed")
     document.publish(app, files, ROOT / "assets")
     scenes.publish(files)
@@ -115,6 +102,28 @@ def build(
     server.add_middleware(Serving, files=files)
     guard.attach(server, settings, own_bounds={WAY_IN})
     return app
+
+
+def _services(settings: Settings, executor: Executor | None, life: Life) -> Services:
+    """What pages have done for them; it ends with the server."""
+    from layouts.scenes import Scenes
+    from layouts.services import Services
+    from layouts.studies import Studies
+    from server.helpers import Helpers
+    from server.work import Work
+
+    work = Work(seconds=settings.work_seconds)
+    helper = sys.executable, "-m", "layouts.helper", settings.log, settings.log_level
+    services = Services(
+        Scenes(settings.scenes),
+        Studies(work, executor, minutes=settings.study_minutes, waiting=settings.studies_waiting),
+        work,
+        Helpers(settings.helpers, helper, ROOT, settings.work_seconds),
+    )
+    life.at_stop(services.helpers.stop)
+    life.at_stop(services.scenes.close)
+    life.at_stop(services.studies.stop)
+    return services
 
 
 def prepare(life: Life) -> None:

@@ -67,6 +67,7 @@ ERRORS = Counter(
 )  # fmt: skip
 SOCKETS = Gauge("gainscope_sockets", "Sockets that are open.", ["route"], registry=REGISTRY)
 MESSAGES = Counter("gainscope_socket_messages", "Messages that sockets brought.", ["route"], registry=REGISTRY)
+UNTAKEN = Gauge("gainscope_untaken_bytes", "Of large answers that clients have not taken yet.", registry=REGISTRY)
 COMPUTING = Histogram(
     "gainscope_computing_seconds",
     "Time that a piece of work took, from its beginning to its end, here or in a helper.",

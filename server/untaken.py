@@ -6,6 +6,7 @@ import contextlib
 from collections.abc import Iterator
 
 from server.limits import Places
+from server.metrics import UNTAKEN
 from server.screen import TRY_LATER, Refusal
 from tracker_core.checks import InputError
 
@@ -30,18 +31,18 @@ class Untaken:
     def __init__(self) -> None:
         self._places = Places(MOST, MOST_OF_ONE)
 
-    @property
-    def total(self) -> int:
-        """Of all clients."""
-        return self._places.total
-
     @contextlib.contextmanager
     def held(self, client: str, size: int) -> Iterator[bool]:
         """While so many bytes are being sent to a client; whether there is room for them."""
-        amount = size if size > LARGE else 0
-        has_room = self._places.enter(client, amount)
+        if size <= LARGE:
+            yield True
+            return
+        if not self._places.enter(client, size):
+            yield False
+            return
+        UNTAKEN.inc(size)
         try:
-            yield has_room
+            yield True
         finally:
-            if has_room:
-                self._places.leave(client, amount)
+            UNTAKEN.dec(size)
+            self._places.leave(client, size)

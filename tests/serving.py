@@ -5,7 +5,7 @@ import contextlib
 import threading
 
 import uvicorn
-from fastapi import FastAPI, Request
+from fastapi import FastAPI, Request, WebSocket
 
 from tests.waiting import eventually
 
@@ -24,6 +24,24 @@ def plain():
         return {"bytes": len(await request.body())}
 
     return app
+
+
+def echo_at(app, path):
+    """Have an application answer every text on a socket with itself."""
+
+    @app.websocket(path)
+    async def echo(websocket: WebSocket):
+        await websocket.accept()
+        async for text in websocket.iter_text():
+            await websocket.send_text(text)
+
+
+def opening(path):
+    """What a browser says to open a socket, as bytes."""
+    return (
+        b"GET %b HTTP/1.1\r\nHost: a\r\nOrigin: http://a\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+        b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+    ) % path
 
 
 @contextlib.contextmanager

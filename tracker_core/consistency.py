@@ -194,8 +194,8 @@ def believed_share(width: float, axes: int) -> float:
     Raises:
         InputError: for arguments outside.
     """
-    axes, most = int(AXES.check("axes", axes)), WIDTH.check("width", width) ** 2
-    return (1 - chi_square_tail(axes + 2, most)) / (1 - chi_square_tail(axes, most))
+    kept = 1 - reject_probability(width, axes)
+    return (1 - chi_square_tail(axes + 2, width**2)) / kept
 
 
 @lru_cache(maxsize=256)

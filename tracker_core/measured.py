@@ -88,9 +88,6 @@ class Shelf:
         self._bytes = 0
         self._lock = threading.Lock()
 
-    def __len__(self) -> int:
-        return len(self._files)
-
     def keep(self, file: File) -> str:
         """Put a file there; what it is known by."""
         data = file.data

@@ -98,8 +98,7 @@ class Result:
                 index = distance_from_optimal(self.gains).tracking_index
         std = self.noise_std if self.experiment.noise != "none" else None
         spread, width = (None, inf) if self.gate is None else (self.track.spread, self.gate.width)
-        is_even = self.measurements.interval is not None and not np.isnan(self.measurements.positions).any()
-        if not is_even and spread is None and std is not None and index is not None and all(std):
+        if spread is None and std is not None and index is not None and all(std) and not self.measurements.is_even:
             gate = Gate(inf, std, index, self.experiment.interval)
             spread = run_filter(self.measurements, self.gains, start=self.experiment.start, gate=gate).spread
         return examine(

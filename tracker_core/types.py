@@ -61,6 +61,11 @@ class Measurements:
     positions: FloatArray
     interval: float | None
 
+    @property
+    def is_even(self) -> bool:
+        """Whether every axis was measured at every sample, at a constant interval."""
+        return self.interval is not None and not np.isnan(self.positions).any()
+
 
 @dataclass(frozen=True, slots=True)
 class Track:

@@ -7,8 +7,9 @@ import contextlib
 from collections.abc import AsyncIterator, Iterator, Sequence
 from random import Random
 
+from trials.page import PATHS
 from trials.tally import Tally
-from trials.user import PAGES, User
+from trials.user import User
 
 
 def addresses(users: int, together: int = 40) -> Iterator[str]:
@@ -19,7 +20,7 @@ def addresses(users: int, together: int = 40) -> Iterator[str]:
 
 @contextlib.asynccontextmanager
 async def crowd(
-    port: int, users: int, pace: float, arrivals: float, seed: int = 1, pages: Sequence[str] = PAGES
+    port: int, users: int, pace: float, arrivals: float, seed: int = 1, pages: Sequence[str] = tuple(PATHS)
 ) -> AsyncIterator[Tally]:
     """Users who come little by little and stay until the end.
 

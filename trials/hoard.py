@@ -19,7 +19,7 @@ import uvloop
 
 from benchmarks.serving import running
 from trials.load import tracebacks
-from trials.page import CALLBACK, Desk, RefusedError, Site, components
+from trials.page import CALLBACK, Desk, Site
 from trials.report import Finding, at_most, none_of, percentiles
 from trials.wire import Client
 
@@ -100,8 +100,7 @@ async def _tried(
 ) -> list[Finding]:
     other = Client(port, OTHER)
     site = await Site.load(other)
-    content = await site.content(other, "/")
-    desk = Desk(next(part["data"] for part in components(content) if part["id"] == "explore-beginning"))
+    desk = Desk(await site.beginning(other, "explore"))
     usual = site.callbacks["explore-request.data"]
     large = orjson.dumps(usual.body([desk.question({"samples": str(SAMPLES)})]))
     headers = {"Content-Type": "application/json"}
@@ -114,7 +113,7 @@ async def _tried(
             answer = await client.ask("POST", CALLBACK, body, headers)
             if answer.status != 200:
                 wrong.append(f"{what}: {answer.status} {answer.body[:100]!r}")
-        except (OSError, EOFError, TimeoutError, RefusedError) as error:
+        except (OSError, EOFError, TimeoutError) as error:
             wrong.append(f"{what}: {type(error).__name__}")
         seconds.append(perf_counter() - begun)
 

@@ -26,7 +26,7 @@ from benchmarks.scene_browser import PROTOCOL, camera
 from benchmarks.serving import running
 from trials.bodies import changed, torn, written
 from trials.load import tracebacks
-from trials.page import CALLBACK, CONTENT, DESKS, Desk, Site, components
+from trials.page import CALLBACK, CONTENT, DESKS, PATHS, Desk, Site
 from trials.report import Finding, at_most, none_of, percentiles
 from trials.wire import Answer, Client
 
@@ -64,7 +64,7 @@ class Sample:
         self.site = site
         self.bodies: list[Any] = [
             site.callbacks[CONTENT].body([path, query])
-            for path in (*DESKS.values(), "/papers")
+            for path in PATHS.values()
             for query in ("", "?order=2&xi=0.7&pin1=kalata,order:2,tracking_index:0.5")
         ]
         self.messages: dict[str, list[Any]] = {}
@@ -73,9 +73,8 @@ class Sample:
     async def taken(client: Client) -> Sample:
         """From the pages of a server."""
         sample = Sample(await Site.load(client))
-        for page, path in DESKS.items():
-            content = await sample.site.content(client, path)
-            desk = Desk(next(part["data"] for part in components(content) if part["id"] == f"{page}-beginning"))
+        for page in DESKS:
+            desk = Desk(await sample.site.beginning(client, page))
             callback = f"{page}-request.data"
             question = desk.question({})
             answer = await sample.site.call(client, callback, [question])
@@ -149,10 +148,9 @@ async def _asked(port: int, sample: Sample, count: int, ask: Ask) -> tuple[Count
 async def _checked(port: int, sample: Sample) -> list[str]:
     """What the pages no longer answer as they should."""
     client, faults = Client(port), []
-    for page, path in DESKS.items():
+    for page in DESKS:
         try:
-            content = await sample.site.content(client, path)
-            desk = Desk(next(part["data"] for part in components(content) if part["id"] == f"{page}-beginning"))
+            desk = Desk(await sample.site.beginning(client, page))
             answer = await sample.site.call(client, f"{page}-request.data", [desk.question({})])
             if not desk.take(answer[f"{page}-answer"]["data"]):
                 faults.append(f"{page}: refused")

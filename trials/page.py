@@ -24,6 +24,8 @@ DESKS = {"explore": "/", "stability": "/stability", "tune": "/tune", "compare": 
          "track": "/3d"}  # fmt: skip
 """Pages with plots and controls, and their paths."""
 
+PATHS = {**DESKS, "papers": "/papers"}
+
 STUDYING = ("tune", "compare", "data")
 """Desks that ask for a study once they have settled."""
 
@@ -114,6 +116,11 @@ class Site:
         """What a page consists of."""
         answer = await self.call(client, CONTENT, [path, f"?{query}" if query else ""])
         return answer["_pages_content"]["children"]
+
+    async def beginning(self, client: Client, page: str, query: str = "") -> dict[str, Any]:
+        """What a page says that its script begins with."""
+        content = await self.content(client, PATHS[page], query)
+        return next(part["data"] for part in components(content) if part["id"] == f"{page}-beginning")
 
 
 def components(tree: Any) -> Iterator[dict[str, Any]]:

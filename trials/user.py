@@ -21,12 +21,9 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from benchmarks.scene_browser import camera, scene
-from trials.page import DESKS, STUDYING, Desk, RefusedError, Site, components, text_part, whole
+from trials.page import PATHS, STUDYING, Desk, RefusedError, Site, text_part, whole
 from trials.tally import Tally
 from trials.wire import PATIENCE, Client
-
-PAPERS = "/papers"
-PAGES = (*DESKS, "papers")
 
 DESIGNS = {"fading-memory": "xi", "kalata": "tracking_index", "manual": "alpha"}
 """What is chosen most, and the slider that goes with it."""
@@ -50,7 +47,7 @@ class User:
         pages: that are opened.
     """
 
-    def __init__(self, port: int, address: str, seed: int, tally: Tally, pages: Sequence[str] = PAGES) -> None:
+    def __init__(self, port: int, address: str, seed: int, tally: Tally, pages: Sequence[str] = tuple(PATHS)) -> None:
         self._client = Client(port, address)
         self._random = Random(seed)
         self._tally = tally
@@ -122,9 +119,7 @@ class User:
         assert self._site is not None
         await self._leave()
         link = self._desk.link if self._desk else ""
-        content = await self._site.content(self._client, DESKS[page], link)
-        beginning = next(part["data"] for part in components(content) if part["id"] == f"{page}-beginning")
-        self._desk = Desk(beginning)
+        self._desk = Desk(await self._site.beginning(self._client, page, link))
         if page == "track":
             self._scene = secrets.token_hex(16)
             self._go(partial(self._watch, self._scene))
@@ -143,8 +138,7 @@ class User:
         assert self._site is not None
         await self._leave()
         self._desk = None
-        content = await self._site.content(self._client, PAPERS)
-        beginning = next(part["data"] for part in components(content) if part["id"] == "papers-beginning")
+        beginning = await self._site.beginning(self._client, "papers")
         self._parts = [f"/papers/{beginning['paper']}/{part}.json?theme=light" for part in beginning["tables"]]
 
     async def _part(self) -> None:

@@ -137,8 +137,7 @@ def test_what_nobody_asks_for_is_let_go_where_that_is_wanted(monkeypatch):
     assert shelf.fetch(first)
     now[0] += 61
     assert shelf.fetch(first) is None
-    assert len(shelf) == 0
-    assert shelf._bytes == 0
+    assert (len(shelf._files), shelf._bytes) == (0, 0)
 
 
 def test_a_recording_is_an_experiment(constant):

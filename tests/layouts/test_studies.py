@@ -380,28 +380,18 @@ async def test_a_study_goes_on_where_nobody_has_time_to_show_it_anew(stage):
 
 
 @played
-async def test_a_page_that_goes_away_leaves_nothing_behind(stage):
+async def test_a_page_that_goes_away_ends_its_study_and_leaves_nothing(stage):
     slow = stage.set_for_all(STEP=0.0)
     page = stage.socket()
     page.say(seq=1, query="a")
     await page.until("running", done=1, of=10)
     page.close()
-    await page.task
+    await asyncio.wait_for(page.task, WAIT)
     stage.gates.gate("a").set()
     await eventually(lambda: stage.studies.load() == (0, 0))
     slow()
+    assert stage.gates.closed == ["a"]
     assert not stage.studies._unfinished
-
-
-@played
-async def test_a_page_that_goes_away_ends_its_study(stage):
-    page = stage.socket()
-    page.say(seq=1, query="a")
-    await page.until("running")
-    page.close()
-    await asyncio.wait_for(page.task, WAIT)
-    stage.gates.gate("a").set()
-    await eventually(lambda: stage.gates.closed == ["a"])
 
 
 @played

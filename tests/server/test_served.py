@@ -8,12 +8,11 @@ import time
 
 import pytest
 import websockets
-from fastapi import WebSocket
 from fastapi.responses import StreamingResponse
 
 from server import guard
 from server.settings import Settings
-from tests.serving import plain
+from tests.serving import echo_at, plain
 
 SETTINGS = Settings(body_kb=16, requests_per_second=1e6, requests_at_once=1_000_000, sockets=2)
 
@@ -47,12 +46,7 @@ def address(served):
         go_on.set()
         return {}
 
-    @app.websocket("/echo")
-    async def echo(websocket: WebSocket):
-        await websocket.accept()
-        async for text in websocket.iter_text():
-            await websocket.send_text(text)
-
+    echo_at(app, "/echo")
     guard.attach(app, SETTINGS)
     with served(app, SETTINGS) as found:
         yield found

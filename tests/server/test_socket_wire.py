@@ -14,18 +14,13 @@ from server.limits import Rate
 from server.settings import Settings
 from server.socket_wire import BITE, MOST_PARTS, Socket
 from server.wire import Wire
-from tests.serving import plain
+from tests.serving import echo_at, opening, plain
 from tests.waiting import eventually
 
 SETTINGS = Settings(requests_per_second=1e6, requests_at_once=1_000_000)
 TEXT, BINARY, CLOSE, PING, PONG, CONTINUED = 0x1, 0x2, 0x8, 0x9, 0xA, 0x0
 LARGE = 64_000_000
 """Bytes that no system keeps for a client that takes nothing."""
-
-OPEN = (
-    b"GET /%b HTTP/1.1\r\nHost: a\r\nOrigin: http://a\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
-    b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
-)
 
 MAY_HEAR = threading.Event()
 HEARD: list[str] = []
@@ -35,11 +30,7 @@ TAKEN: list[int] = []
 def made():
     app = plain()
 
-    @app.websocket("/echo")
-    async def echo(websocket: WebSocket):
-        await websocket.accept()
-        async for text in websocket.iter_text():
-            await websocket.send_text(text)
+    echo_at(app, "/echo")
 
     @app.websocket("/slow")
     async def slow(websocket: WebSocket):
@@ -118,7 +109,7 @@ def opened(address, monkeypatch):
     def open_one(path, at=address):
         connection = socket.create_connection(at, timeout=30)
         connections.append(connection)
-        connection.sendall(OPEN % path)
+        connection.sendall(opening(path))
         head = b""
         while not head.endswith(b"\r\n\r\n"):
             head += connection.recv(1)
@@ -173,7 +164,7 @@ def send_until_it_waits(connection, said, most):
 
 
 def test_what_is_said_at_once_is_heard_in_its_order(opened):
-    connection = opened(b"echo")
+    connection = opened(b"/echo")
     texts = [b"%d" % number * (number % 50) for number in range(3000)]
     threading.Thread(target=connection.sendall, args=(b"".join(frame(TEXT, text) for text in texts),)).start()
     said = frames(connection)
@@ -181,7 +172,7 @@ def test_what_is_said_at_once_is_heard_in_its_order(opened):
 
 
 def test_the_longest_message_is_heard_whole(opened):
-    connection = opened(b"echo")
+    connection = opened(b"/echo")
     text = b"0123456789" * 6_553
     assert len(text) > 15 * BITE
     connection.sendall(frame(TEXT, text))
@@ -190,7 +181,7 @@ def test_the_longest_message_is_heard_whole(opened):
 
 def test_no_more_is_kept_than_is_heard(opened, sockets):
     """The rest waits in the network, and is heard later."""
-    connection = opened(b"slow")
+    connection = opened(b"/slow")
     small, large = frame(TEXT, b"a"), frame(TEXT, b"b" * 5_000)
     connection.sendall(small * 10_000)
     sent = send_until_it_waits(connection, large, LARGE)
@@ -204,7 +195,7 @@ def test_no_more_is_kept_than_is_heard(opened, sockets):
 
 def test_who_takes_no_answer_is_heard_no_more(opened, sockets):
     """A ping is answered at once; whoever sends nothing else and takes nothing fills no memory."""
-    connection = opened(b"echo")
+    connection = opened(b"/echo")
     said = frame(PING, b"x" * 125)
     sent = send_until_it_waits(connection, said * 500, LARGE)
     [server] = sockets
@@ -218,7 +209,7 @@ def test_who_takes_no_answer_is_heard_no_more(opened, sockets):
 
 
 def test_an_answer_is_sent_once_it_is_taken(opened):
-    connection = opened(b"large")
+    connection = opened(b"/large")
     read(connection, 1_000)
     assert TAKEN == []
     read(connection, LARGE)
@@ -228,10 +219,10 @@ def test_an_answer_is_sent_once_it_is_taken(opened):
 @pytest.mark.parametrize("said", [b"", b"x"])
 def test_a_message_has_so_many_parts(opened, said):
     parts = [frame(TEXT, said, is_last=False), *[frame(CONTINUED, said, is_last=False)] * (MOST_PARTS - 2)]
-    connection = opened(b"echo")
+    connection = opened(b"/echo")
     connection.sendall(b"".join(parts) + frame(CONTINUED, said))
     assert heard(connection) == said * MOST_PARTS
-    connection = opened(b"echo")
+    connection = opened(b"/echo")
     connection.sendall(b"".join(parts) + frame(CONTINUED, said, is_last=False) * 2_000 + frame(CONTINUED, said))
     [(kind, why)] = frames(connection)
     assert (kind, int.from_bytes(why[:2], "big")) == (CLOSE, 1009)
@@ -239,7 +230,7 @@ def test_a_message_has_so_many_parts(opened, said):
 
 def test_what_was_said_before_it_was_closed_is_heard(opened):
     """Both sides may close it while the other one still speaks."""
-    connection = opened(b"echo")
+    connection = opened(b"/echo")
     connection.sendall(b"".join(frame(TEXT, b"%d" % number) for number in range(2000)) + frame(CLOSE))
     said = list(frames(connection))
     assert said[-1][0] == CLOSE
@@ -247,7 +238,7 @@ def test_what_was_said_before_it_was_closed_is_heard(opened):
 
 
 def test_the_end_of_a_client_ends_it(opened, sockets):
-    connection = opened(b"slow")
+    connection = opened(b"/slow")
     connection.sendall(frame(TEXT, b"a") * 5_000)
     asyncio.run(eventually(lambda: sockets and sockets[0].read_paused))
     connection.close()
@@ -279,7 +270,7 @@ def test_what_is_no_message_has_a_pace(opened, sockets, monkeypatch, served, kin
     usual = Socket._rested
     monkeypatch.setattr(Socket, "_rested", lambda self: (rested.append(self), usual(self)))
     with paced(served, Rate(1_000, 100)) as address:
-        first, second = opened(b"echo", address), opened(b"echo", address)
+        first, second = opened(b"/echo", address), opened(b"/echo", address)
         begun = time.monotonic()
         for connection in (first, second):
             connection.sendall(b"".join(kind(600)) + frame(TEXT, b"and now"))
@@ -293,7 +284,7 @@ def test_what_is_no_message_has_a_pace(opened, sockets, monkeypatch, served, kin
 def test_a_pong_that_waits_behind_an_answer_is_none_that_does_not_come(opened, sockets, monkeypatch):
     """Whoever takes an answer slowly is there."""
     monkeypatch.setattr(Socket, "keepalive_timeout", counting := Counting(Socket.keepalive_timeout))
-    connection = opened(b"large")
+    connection = opened(b"/large")
     read(connection, 1_000)
     [server] = sockets
     server.ping_timeout = 0.05
@@ -303,7 +294,7 @@ def test_a_pong_that_waits_behind_an_answer_is_none_that_does_not_come(opened, s
 
 
 def test_who_does_not_answer_a_ping_is_gone(opened, sockets):
-    connection = opened(b"echo")
+    connection = opened(b"/echo")
     [server] = sockets
     server.ping_timeout = 0.05
     server.loop.call_soon_threadsafe(server.send_keepalive_ping)
@@ -317,7 +308,7 @@ def test_who_does_not_answer_a_ping_is_gone(opened, sockets):
 
 def test_who_is_told_that_it_is_over_is_heard_no_better(opened, sockets):
     """While the server waits for the other side to close it too, what is answered has to be taken all the same."""
-    connection = opened(b"refuses")
+    connection = opened(b"/refuses")
     connection.sendall(frame(TEXT, b"no"))
     [server] = sockets
     asyncio.run(eventually(lambda: server.close_sent))
@@ -334,7 +325,7 @@ def test_what_was_full_before_it_became_a_socket_is(address, sockets, monkeypatc
         asyncio.run(eventually(lambda: wires))
         [before] = wires
         before.loop.call_soon_threadsafe(before.pause_writing)
-        connection.sendall(OPEN % b"echo")
+        connection.sendall(opening(b"/echo"))
         asyncio.run(eventually(lambda: sockets))
         assert not sockets[0].writable.is_set()
         # Once it is taken, it is a socket like any other.
@@ -344,7 +335,7 @@ def test_what_was_full_before_it_became_a_socket_is(address, sockets, monkeypatc
 
 def test_one_that_is_being_closed_holds_up_no_end(opened, sockets):
     """The server stops between the other side's word that it is over and the end of the connection."""
-    connection = opened(b"echo")
+    connection = opened(b"/echo")
     [server] = sockets
     ended = []
 
@@ -360,7 +351,7 @@ def test_one_that_is_being_closed_holds_up_no_end(opened, sockets):
 
 def test_what_a_client_breaks_is_no_mistake_of_ours(opened, caplog):
     """It breaks it while an answer to it is computed."""
-    connection = opened(b"echo")
+    connection = opened(b"/echo")
     text = b"x" * (BITE - 8)
     connection.sendall(frame(TEXT, text) + b"\x83\x80" + bytes(4))
     assert len(frame(TEXT, text)) == BITE

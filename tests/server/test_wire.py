@@ -13,7 +13,7 @@ from fastapi import Request, Response, WebSocket
 from server import entrance, guard, wire
 from server.entrance import Entrance
 from server.settings import Settings
-from tests.serving import plain
+from tests.serving import opening, plain
 from tests.waiting import eventually
 
 SHAPE = {"field", "rule", "received", "message", "request"}
@@ -30,10 +30,7 @@ ASK = b"GET / HTTP/1.1\r\nHost: a\r\n\r\n"
 POST = b"POST %b HTTP/1.1\r\nHost: a\r\n%b\r\n\r\n"
 CHUNKED, SOON = b"Transfer-Encoding: chunked", b"Expect: 100-continue"
 GO_ON = b"HTTP/1.1 100 Continue\r\n\r\n"
-OPEN = (
-    b"GET /echo HTTP/1.1\r\nHost: a\r\nOrigin: http://a\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
-    b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
-)
+OPEN = opening(b"/echo")
 
 
 def made(settings=SETTINGS):

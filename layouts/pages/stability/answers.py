@@ -163,9 +163,8 @@ def _consistency(result: Result) -> list[Component]:
 
 def _nees(result: Result, index: float, settling: int) -> float | None:
     """The mean NEES of the axes after the start; None without a truth, or a steady covariance of the errors."""
-    experiment, track, measurements = result.experiment, result.track, result.measurements
-    is_even = measurements.interval is not None and not np.isnan(measurements.positions).any()
-    if not is_even or (track.rejected is not None and track.rejected.any()):
+    experiment, track = result.experiment, result.track
+    if not result.measurements.is_even or (track.rejected is not None and track.rejected.any()):
         return None
     order = experiment.order
     errors = (track.smoothed - result.truth.states[:, :, :order]) * experiment.interval ** np.arange(order)
