@@ -325,6 +325,7 @@ def test_what_was_full_before_it_became_a_socket_is(address, sockets, monkeypatc
         asyncio.run(eventually(lambda: wires))
         [before] = wires
         before.loop.call_soon_threadsafe(before.pause_writing)
+        asyncio.run(eventually(lambda: before.flow.write_paused))
         connection.sendall(opening(b"/echo"))
         asyncio.run(eventually(lambda: sockets and not sockets[0].writable.is_set()))
         # Once it is taken, it is a socket like any other.
