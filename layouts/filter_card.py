@@ -188,7 +188,7 @@ def target_card(page: str) -> Component:
                     box_field(page, *_field("noise_std"), FIELDS["noise_std"].unit),
                     box_field(page, *_field("snr")),
                     box_field(page, *_field("noise_correlation")),
-                    box_field(page, *_field("manoeuvre_std")),
+                    box_field(page, *_field("manoeuvre_std"), None),
                     box_field(page, *_field("gate"), FIELDS["gate"].unit),
                 ],
                 className="pair",

@@ -64,12 +64,13 @@ def _options(options: Sequence[tuple[str, str]], groups: Sequence[str]) -> list[
     return parts
 
 
-def box_field(page: str, name: str, label: str, sentence: str, unit: str = "") -> Component:
-    """A labelled box for a number."""
+def box_field(page: str, name: str, label: str, sentence: str, unit: str | None = "") -> Component:
+    """A labelled box for a number; a unit that depends on others, None here, comes with answers as text `NAME-unit`."""
     caption = f"{label} ({unit})" if unit else label
+    title = [caption, html.Span(id=f"{page}-{name}-unit")] if unit is None else caption
     return html.Div(
         [
-            html.Label(caption, htmlFor=f"{page}-{name}", className="tip"),
+            html.Label(title, htmlFor=f"{page}-{name}", className="tip"),
             box(page, name, caption),
             about(page, name, sentence),
             error_line(page, name),

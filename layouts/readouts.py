@@ -14,6 +14,7 @@ from tracker_core.conventions import rewrite
 from tracker_core.design import MANUAL
 from tracker_core.experiment import BESIDE, PARAMETERS
 from tracker_core.fields import FIELDS
+from tracker_core.manoeuvre import MANOEUVRES
 from tracker_core.noise import NOISES, signal_to_noise
 from tracker_core.optimal import distance_from_optimal
 from tracker_core.region import PLANES, nearest_stable
@@ -57,6 +58,7 @@ def common_report(result: Result, settings: Settings, *, live: bool) -> dict[str
             "oracle": f"Oracle. {experiment.hindsight}" if experiment.hindsight else "",
             "found": found_text(result),
             "level": level_text(result),
+            "manoeuvre_std-unit": push_unit(experiment),
             "distance": distance_text(result),
             "description": f"{result.scenario.description} {result.scenario.source}.",
             "slice": slice_text(result.gains, settings.view.plane),
@@ -189,6 +191,12 @@ def level_text(result: Result) -> str:
     return f"SNR {', '.join(said)}" if said else ""
 
 
+def push_unit(experiment: Experiment) -> str:
+    """The unit of the pushes, as it stands behind what they are called."""
+    unit = MANOEUVRES[experiment.manoeuvre].unit
+    return f" ({unit})" if unit else ""
+
+
 def fields_shown(experiment: Experiment) -> dict[str, bool]:
     """Of the fields that do not always mean something whether they do now."""
     takes = set() if experiment.method is None else set(experiment.method.parameters)
@@ -198,7 +206,9 @@ def fields_shown(experiment: Experiment) -> dict[str, bool]:
     shown |= {name: getattr(experiment, other) in values for name, (other, values, _) in BESIDE.items()}
     measured, known = experiment.target.measured, bool(experiment.target.known_states)
     # Nothing is drawn where everything was measured.
-    shown |= dict.fromkeys(("interval", "noise", "noise_level", "manoeuvre", "seed"), not measured)
+    shown |= dict.fromkeys(("interval", "noise", "noise_level", "seed"), not measured)
+    # Nobody pushed the target that measurements were recorded of.
+    shown["manoeuvre"] = experiment.noise != "recorded"
     shown |= {"gate": experiment.method is None, "exaggerate": known, "with-truth": known, "without-truth": not known}
     return shown | {"beside": bool(experiment.hindsight)}
 

@@ -106,6 +106,7 @@ class Draft:
         self._hand_over()
         self._keep_start()
         self._keep_gate()
+        self._keep_manoeuvre()
         self.notes += fit(self.controls, self.changed, self.order)
 
     @property
@@ -237,6 +238,12 @@ class Draft:
         if adaptive and self.controls.get("gate") not in (None, "") and "gate" not in self.changed:
             self.controls["gate"] = ""
             self.notes.append("Only constant gains have an outlier gate: it is off.")
+
+    def _keep_manoeuvre(self) -> None:
+        pushed = self.controls.get("manoeuvre") not in (None, "", "none")
+        if pushed and self.controls.get("noise") == "recorded" and "manoeuvre" not in self.changed:
+            self.controls["manoeuvre"] = "none"
+            self.notes.append("What was recorded nobody pushed: manoeuvre noise is off.")
 
     def experiment_values(self) -> dict[str, Any]:
         """The fields that mean something now, none of the others."""

@@ -436,8 +436,7 @@ def _check_sensor(experiment: Experiment) -> None:
     if experiment.noise != "recorded":
         return
     if experiment.manoeuvre != "none":
-        rule = "must be 'none' for recorded measurements: nobody pushed the target that they were taken of"
-        raise InputError("manoeuvre", rule, experiment.manoeuvre)
+        raise InputError("manoeuvre", "must be 'none' for recorded measurements", experiment.manoeuvre)
     recording = scenario.recording
     if recording is None:
         raise InputError("noise", f"must not be 'recorded': nothing was recorded for '{scenario.name}'", "recorded")

@@ -705,3 +705,15 @@ def test_of_several_changes_the_last_one_stands(controls_for, changed, scenario,
     moved = {"preset": "garg2021/accelerating", "scenario": "constant-velocity", "samples": "77"}
     got = resolve({**controls_for(), **{name: moved[name] for name in changed}}, changed)
     assert (got.controls["scenario"], got.controls["samples"]) == (scenario, samples)
+
+
+def test_what_was_recorded_is_not_pushed(controls_for):
+    """Whichever a hand has moved counts; where it is the pushes, they are refused beside their field."""
+    pushed = controls_for(scenario="garg-accelerating", noise="white", manoeuvre="jerk-pulses", manoeuvre_std=2)
+    resolution = resolve(pushed | {"noise": "recorded"}, ["noise"])
+    assert resolution.errors == ()
+    assert resolution.settings.experiment.manoeuvre == "none"
+    assert "manoeuvre noise is off" in resolution.note
+    recorded = controls_for(scenario="garg-accelerating")
+    [error] = resolve(recorded | {"manoeuvre": "jerk-pulses"}, ["manoeuvre"]).errors
+    assert error.field == "manoeuvre"

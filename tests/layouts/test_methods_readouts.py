@@ -13,7 +13,7 @@ from layouts.filter_card import SLIDERS, design_menu
 from layouts.pages import explore, stability, track
 from layouts.pages.explore.answers import COMPARED, compared_rows, compared_text
 from layouts.pages.explore.answers import DESK as EXPLORE
-from layouts.readouts import fields_shown, formula_text, found_text, level_text, offers, owned, status_text
+from layouts.readouts import fields_shown, formula_text, found_text, level_text, offers, owned, push_unit, status_text
 from layouts.rules import presets
 from layouts.shown import Shown
 from layouts.state import Settings, View
@@ -84,8 +84,15 @@ def test_of_the_sensor_the_fields_are_shown_that_mean_something(noise, level, ma
 
 def test_the_fields_of_a_recorded_run():
     fields = fields_shown(Experiment.from_dict({"scenario": "garg-accelerating"}))
-    drawn = set(OF_THE_TARGET) - {"without-truth"}
+    # Nobody pushes what was recorded.
+    drawn = set(OF_THE_TARGET) - {"without-truth", "manoeuvre"}
     assert {name for name in fields if fields[name]} == {"noise_std", "gate", *drawn}
+
+
+@pytest.mark.parametrize("manoeuvre", MANOEUVRES)
+def test_pushes_have_the_unit_of_what_they_are(manoeuvre):
+    said = {"none": "", "acceleration-pulses": " (m/s²)", "acceleration-jumps": " (m/s²)", "jerk-pulses": " (m/s³)"}
+    assert push_unit(Experiment.from_dict({"manoeuvre": manoeuvre})) == said[manoeuvre]
 
 
 # Level of the noise ------------------------------------------------------------------------------------------------
