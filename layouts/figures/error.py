@@ -61,10 +61,11 @@ def error_figure(shown: Shown) -> Figure:
             "line": {"color": tokens(theme)["marker"], "width": 1.5}, "hoverinfo": "skip", "showlegend": False,
         },
     ]  # fmt: skip
-    beside = np.full_like(times, np.nan)
-    if shown.beside is not None:
+    if shown.beside is None:
+        data.append(trace("counterpart", np.empty(0), np.empty(0), theme, showlegend=False))
+    else:
         beside = running_rms(visible(distances(shown.beside.track.smoothed[:, :, 0] - truth), top), width)
-    data.append(trace("counterpart", times[rows], beside[rows], theme, showlegend=shown.beside is not None))
+        data.append(trace("counterpart", times[rows], grained(beside, step)[rows], theme, showlegend=True))
     data.append(refused(shown, times, np.minimum(crosses, 0.97 * top)))
     return {
         "data": data,
