@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from dash import html
 from dash.development.base_component import Component
 
+from layouts.components import typeset
+
 
 def error_line(page: str, name: str) -> Component:
     """Where the message about a field appears."""
@@ -67,7 +69,7 @@ def _options(options: Sequence[tuple[str, str]], groups: Sequence[str]) -> list[
 def box_field(page: str, name: str, label: str, sentence: str, unit: str | None = "") -> Component:
     """A labelled box for a number; a unit that depends on others, None here, comes with answers as text `NAME-unit`."""
     caption = f"{label} ({unit})" if unit else label
-    title = [caption, html.Span(id=f"{page}-{name}-unit")] if unit is None else caption
+    title = [*typeset(caption), *([html.Span(id=f"{page}-{name}-unit")] if unit is None else [])]
     return html.Div(
         [
             html.Label(title, htmlFor=f"{page}-{name}", className="tip"),

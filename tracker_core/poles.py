@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from math import atan2, hypot, isfinite, log
+from math import atan2, fsum, hypot, isfinite, log
 
 import numpy as np
 
@@ -24,7 +24,12 @@ REAL = 2e-3
 """A pole whose imaginary part is no more of its distance from 1 than this is a real one, but for rounding."""
 
 CLUSTER = 1e-3
-"""Equal poles are computed this far apart at most, as a share of their distance from z = 1 (four; fewer are closer)."""
+"""Poles no farther apart than this may be equal ones, as a share of their distance from z = 1: rounding parts four
+equal ones by 3e-4, fewer by less."""
+
+ROUNDING = 128 * float(np.finfo(float).eps)
+"""What rounding does to a coefficient of a polynomial, as a share of the terms that it is the sum of: up to some 55
+epsilon, where the gains are those of four equal poles."""
 
 LARGEST = 1e12
 """No gains that can be written have a larger pole."""
@@ -64,9 +69,9 @@ def offset_polynomial(gains: Gains) -> FloatArray:
 def poles(gains: Gains) -> tuple[complex, ...]:
     """Roots of the characteristic polynomial, largest magnitude first.
 
-    Found around z = 1 or around z = 0, whichever is nearer to them, so that they keep their digits at either. A root
-    of multiplicity m is known to about the m-th root of the rounding error: four equal poles to 1e-4. Their errors are
-    symmetric, so that `gains_from_poles` gives the gains back all the same.
+    Found around z = 1 or around z = 0, whichever is nearer to them, so that they keep their digits at either. Rounding
+    parts m equal roots by its m-th root, four by 1e-4; where equal ones make the same polynomial but for rounding, they
+    are what is returned, and have all their digits.
     """
     g = gains.vector
     # The products of all |1 - z| and of all |z|.
@@ -74,7 +79,7 @@ def poles(gains: Gains) -> tuple[complex, ...]:
         centre, polynomial = 1.0, offset_polynomial(gains)
     else:
         centre, polynomial = 0.0, characteristic_polynomial(gains)
-    found = [centre + root for root in _roots(polynomial)]
+    found = [centre + root for root in _united(_roots(polynomial), polynomial, centre)]
     return tuple(sorted(found, key=lambda root: (-abs(root), -root.imag)))
 
 
@@ -85,6 +90,34 @@ def _roots(polynomial: FloatArray) -> list[complex]:
     companion[:1] = -polynomial[1 : degree + 1]
     # Roots at 0 lower the degree.
     return [complex(root) for root in (*np.linalg.eigvals(companion), *[0.0] * (len(polynomial) - 1 - degree))]
+
+
+def _united(roots: list[complex], polynomial: FloatArray, centre: float) -> list[complex]:
+    """The roots of a polynomial around a centre: those that may be equal at their mean, if that makes the same one."""
+    groups: list[list[complex]] = []
+    for root in roots:
+        near = [group for group in groups if any(_near(root, other, centre) for other in group)]
+        groups = [group for group in groups if group not in near] + [
+            [root, *(other for group in near for other in group)]
+        ]
+    if len(groups) == len(roots):
+        return roots
+    # A group that is its own mirror image has a real mean, exactly.
+    means = [
+        complex(fsum(root.real for root in group), fsum(root.imag for root in group)) / len(group) for group in groups
+    ]
+    united = [mean for mean, group in zip(means, groups, strict=True) for _ in group]
+    # Around z = 0 the coefficients are sums of gains and whole numbers, which may cancel.
+    terms = (
+        np.poly([-abs(root) for root in united]) if centre else np.full(len(polynomial), 1 + np.abs(polynomial).max())
+    )
+    same = np.abs(np.poly(united) - polynomial) <= ROUNDING * terms
+    return united if same.all() else roots
+
+
+def _near(one: complex, other: complex, centre: float) -> bool:
+    """Whether two roots around a centre may be equal ones."""
+    return abs(one - other) <= CLUSTER * abs(1 - centre - (one + other) / 2)
 
 
 def padded(values: Iterable[float]) -> list[float]:

@@ -73,8 +73,51 @@ def test_poles_are_the_roots_largest_first(order, data):
 def test_a_position_gain_of_one_has_a_pole_at_zero(g):
     found = poles(Gains(g))
     assert len(found) == len(g)
-    # The triple root of the last two is known to the cube root of the rounding error.
-    assert abs(found[-1]) <= 1e-4
+    assert abs(found[-1]) <= 1e-15
+
+
+def gains_with(*roots):
+    return Gains(tuple(gains_from_poles(roots)))
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@given(place=st.floats(-0.999, 0.9999))
+def test_poles_that_are_all_equal_have_all_their_digits(order, place):
+    found = poles(gains_with(*[place] * order))
+    assert set(found) == {found[0]}
+    assert found[0].imag == 0
+    assert abs(found[0].real - place) <= 1e-13 * max(abs(1 - place), abs(place))
+
+
+@pytest.mark.parametrize(
+    "roots",
+    [
+        (0.64, 0.64, 0.3),
+        (0.9, 0.9, 0.9, -0.2),
+        (0.9, 0.9, 0.5, 0.5),
+        (0.7, 0.7, 0.6 + 0.2j, 0.6 - 0.2j),
+        (0.6 + 0.2j, 0.6 - 0.2j, 0.6 + 0.2j, 0.6 - 0.2j),
+    ],
+    ids=str,
+)
+def test_poles_of_which_some_are_equal(roots):
+    found = poles(gains_with(*roots))
+    assert len(set(found)) == len(set(roots))
+    for root in found:
+        nearest = min(roots, key=lambda known: abs(known - root))
+        assert abs(root - nearest) <= 1e-13
+        assert (root.imag == 0) == (nearest.imag == 0)
+
+
+@pytest.mark.parametrize("gap", [1e-6, 1e-5, 1e-4, 1e-3])
+@pytest.mark.parametrize("place", [-0.5, 0.0, 0.3, 0.9, 0.999])
+def test_poles_that_are_not_equal_stay_apart(place, gap):
+    """As far as the gains tell them apart: to a tenth of the gap."""
+    half = gap * (1 - place) / 2
+    for one, other in ((place - half, place + half), (place - half * 1j, place + half * 1j)):
+        found = sorted(poles(gains_with(one, other)), key=lambda z: (z.real, z.imag))
+        assert abs(found[0] - found[1]) == pytest.approx(2 * half, rel=0.1)
+        assert abs(found[0] - one) <= 0.1 * half
 
 
 @pytest.mark.parametrize(
@@ -88,7 +131,7 @@ def test_damping_in_the_triangle(g, damping):
     if damping == "complex":
         assert first.imag == -second.imag > 0
     elif damping == "double":
-        assert [first, second] == pytest.approx([0.8, 0.8], abs=1e-7)
+        assert [first, second] == pytest.approx([0.8, 0.8], rel=1e-14)
     else:
         assert first.imag == second.imag == 0
         assert (first.real * second.real < 0) == (damping == "alternating")

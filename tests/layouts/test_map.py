@@ -269,8 +269,10 @@ def test_the_printed_bounds_are_those_of_the_paper(order):
     assert trace["showlegend"] is True
     gamma = 2 * INSIDE[order][2]
     for alpha, beta in points(trace):
-        upper, lower = 13 / 6 * (4 - 2 * alpha), gamma * (2 - alpha) / (4 * alpha)
-        assert min(abs(beta - upper), abs(beta - lower)) < 1e-4 * max(1, upper)
+        # Across the bounds: the lower one is steep at one end and flat at the other.
+        upper = (beta - 13 / 6 * (4 - 2 * alpha)) / np.hypot(13 / 3, 1)
+        lower = (4 * alpha * beta - gamma * (2 - alpha)) / np.hypot(4 * beta + gamma, 4 * alpha)
+        assert min(abs(upper), abs(lower)) < 1e-4
     assert points(trace)[:, 1].max() > 4
 
 
