@@ -56,7 +56,7 @@ def build(
 
     from layouts import document, scenes, shell, takeaway
     from layouts.incoming import MEGABYTE
-    from layouts.pages import compare, data, explore, papers, stability, track, tune
+    from layouts.pages import compare, data, explore, learn, papers, stability, track, tune
     from layouts.uploads import WAY_IN, Uploads
     from server import guard, metrics
     from server.compression import Compression
@@ -88,7 +88,7 @@ def build(
     if store is not None:
         look_in(store.fetch)
     services.attach(server)
-    for order, page in enumerate((explore, stability, tune, compare, data, track, papers)):
+    for order, page in enumerate((explore, stability, tune, compare, data, track, papers, learn)):
         register_page(page.__name__, path=page.PATH, name=page.NAME, title=page.TITLE, order=order, layout=page.layout)
         page.register(app, services)
     app.layout = partial(shell.frame, settings.work_seconds)

@@ -32,7 +32,7 @@ THEME_SCRIPT = "theme.js"
 """Stands in the head, so that the first paint has the right colours; the other scripts come after the page."""
 
 
-WITHOUT_FILTER = ("Papers",)
+WITHOUT_FILTER = ("Papers", "Learn")
 """Pages that show no filter of the user's."""
 
 

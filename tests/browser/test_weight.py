@@ -12,7 +12,7 @@ FIRST, AGAIN = 1_900_000, 60_000
 VISER = 700_000
 """Bytes of viser's page, which a page with a scene in sight needs once more than others."""
 
-PATHS = ("", "stability", "tune", "compare", "data", "3d", "papers")
+PATHS = ("", "stability", "tune", "compare", "data", "3d", "papers", "learn")
 READY = """() => ['data', 'papers'].some((name) => document.getElementById(name))
     || document.querySelector('.desk')?.dataset.state === 'settled'"""
 

@@ -1,0 +1,242 @@
+"""The lessons in words. Numbers and right answers come from facts.py: none is written down here."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+from layouts.pages.learn import facts
+from layouts.pages.learn.facts import Facts
+
+_TOGETHER = re.compile(r" (?==)|(?<==) |(?<=\d) (?=m\b|%)")
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A way into another page: what to look at there, what the page is called, and the address."""
+
+    sentence: str
+    page: str
+    address: str
+
+
+@dataclass(frozen=True, slots=True)
+class Lesson:
+    """One question.
+
+    Attributes:
+        name: its anchor.
+        title: in a few words.
+        setting: what is given.
+        look: where it is seen before anything is predicted.
+        question, choices: what is asked, and what may be predicted.
+        right: number of the choice that comes true.
+        answer: what happens and why, with numbers, a paragraph each.
+        steps: where to see it.
+    """
+
+    name: str
+    title: str
+    setting: str
+    look: Step
+    question: str
+    choices: tuple[str, ...]
+    right: int
+    answer: tuple[str, ...]
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Script:
+    """A lesson before its numbers stand in it; paragraphs of the answer are parted by an empty line.
+
+    Steps are what to look at, and the name of the page; the first is the look before anything is predicted.
+    """
+
+    facts: Callable[[], Facts]
+    title: str
+    setting: str
+    question: str
+    choices: tuple[str, ...]
+    answer: str
+    steps: tuple[tuple[str, str], ...]
+
+    def lesson(self) -> Lesson:
+        """The same with what is computed."""
+        found = self.facts()
+
+        def said(text: str) -> str:
+            joined = " ".join(text.format(**found.numbers).replace("%", " %").split())
+            # A number and what belongs to it stay on one line.
+            return _TOGETHER.sub("\u00a0", joined)
+
+        look, *steps = (
+            Step(said(sentence), page, way) for (sentence, page), way in zip(self.steps, found.ways, strict=True)
+        )
+        return Lesson(
+            name=self.facts.__name__,
+            title=self.title,
+            setting=said(self.setting),
+            look=look,
+            question=said(self.question),
+            choices=tuple(said(choice) for choice in self.choices),
+            right=found.right,
+            answer=tuple(said(paragraph) for paragraph in self.answer.split("\n\n")),
+            steps=tuple(steps),
+        )
+
+
+_SCRIPTS = (
+    _Script(
+        facts.memory,
+        title="Smooth or responsive",
+        setting="""An aircraft flies straight legs and turns; a sensor sees it every second, with {noise:g} m of
+            noise in each axis. An α-β filter with fading memory follows: ξ, here {short:g}, is what it keeps of the
+            past from one sample to the next.""",
+        question="ξ is raised to {long:g}. What becomes of the error of the smoothed position?",
+        choices=(
+            "Smaller on the straight legs, larger in the turns",
+            "Larger on the straight legs, smaller in the turns",
+            "Smaller everywhere: more measurements are averaged",
+            "Larger everywhere: old measurements say nothing about now",
+        ),
+        answer="""On the straight legs the RMS error goes from {straight:.1f} m to {straight_after:.1f} m, in the
+            turns from {turning:.1f} m to {turning_after:.1f} m.
+
+            Of the variance of the noise the filter lets {share:.0%} through before and {share_after:.0%} after. For
+            every m/s² of a turn it lags by {lag:.1f} m before and by {lag_after:.1f} m after. No fixed gain is good
+            at both: how much the target turns decides.""",
+        steps=(
+            ("The aircraft and the filter", "Explore"),
+            ("The same with ξ = {long:g}: look at the error in the turns", "Explore"),
+            ("The error over all ξ is a valley, noise on one side and lag on the other", "Tune"),
+            ("What lag every pair of gains has, as colours behind the stable region", "Stability"),
+        ),
+    ),
+    _Script(
+        facts.order,
+        title="What an acceleration costs",
+        setting="""An aircraft accelerates by {strength:.2g} m/s² all the time. The α-β filter with ξ = {xi:g}
+            predicts with position and velocity alone.""",
+        question="Once the start is forgotten, where is the smoothed position?",
+        choices=(
+            "It comes ever nearer to the truth, as measurements add up",
+            "It stays behind by the same distance",
+            "It falls behind farther and farther, as the speed grows",
+        ),
+        answer="""Without noise it is {halfway:.2f} m away halfway through the run, and {end:.2f} m at its end. The
+            correction by β then makes up at each sample for what the velocity has grown by since the last one.
+
+            The distance is a T² (1 − α)/β, here {strength:.4f} · {interval:g}² · (1 − {alpha:.4f})/{beta:.4f} =
+            {lag:.2f} m. An α-β-γ filter, which keeps the acceleration as well, has no such lag, but lets
+            {share_higher:.0%} of the variance of the noise through instead of {share:.0%}.""",
+        steps=(
+            ("The aircraft and the filter", "Explore"),
+            ("The lag alone: the same without noise", "Explore"),
+            ("Order 3 with the same ξ: no lag, more noise", "Explore"),
+            ("The response to a parabola: input minus response goes to a constant", "Stability"),
+        ),
+    ),
+    _Script(
+        facts.stability,
+        title="Where it breaks",
+        setting="""An α-β filter takes every measurement for the position (α = 1) and corrects its velocity by β of
+            the innovation over the interval.""",
+        question="β is raised slowly. Beyond which value is the filter unstable?",
+        choices=(
+            "{limits[0]:g}: no velocity can be corrected by more than all of the innovation",
+            "{limits[1]:g}",
+            "{limits[2]:g}",
+            "None: as long as α is no more than 1, errors die out",
+        ),
+        answer="""β must stay below 4 − 2α = {limit:.4g}. At β = {steady:g} the largest pole has magnitude
+            {pole:.2f}: errors change sign at every sample and die out slowly. At β = {breaking:g} it has
+            {pole_breaking:.2f}, and {fails} fails.
+
+            With a smaller α there is more room: at α = {small:g} up to β = {limit_small:.4g}. Designs stay well
+            inside; only filters that believe nearly all they measure come near the border.""",
+        steps=(
+            ("The filter at β = {mild:g}, and its poles", "Stability"),
+            ("β = {steady:g}: stable, barely", "Stability"),
+            ("β = {breaking:g}: which inequality fails, by how much, and the nearest stable gains", "Stability"),
+            ("The same on a target: how far the run gets", "Explore"),
+        ),
+    ),
+    _Script(
+        facts.prediction,
+        title="Can a filter be worse than its sensor?",
+        setting="""An aircraft in straight flight, and an α-β filter that is quick to believe: α = {eager[0]:g}, β =
+            {eager[1]:g}. It is stable, and right on average.""",
+        question="How large is the error of the predicted position, beside that of a single measurement?",
+        choices=(
+            "Smaller: it rests on all measurements before",
+            "The same: with such gains it is little more than the last measurement",
+            "Larger",
+        ),
+        answer="""The variance of the prediction is {gain} times that of a measurement; that of the smoothed position
+            is {share:.2f} times. The velocity is made of noisy positions, and the prediction carries its error one
+            interval ahead.
+
+            Whoever uses predictions, for a gate or for pointing, looks at that number. With α = {calm[0]:g} and β =
+            {calm[1]:g} it is {gain_calm:.2f}.""",
+        steps=(
+            ("The aircraft and the filter", "Explore"),
+            ("Tracking RMSE, of the prediction, beside the RMSE of the measurements", "Explore"),
+            ("The same target with the calm filter", "Explore"),
+            ("What noise every pair of gains lets through, as colours behind the stable region", "Stability"),
+        ),
+    ),
+    _Script(
+        facts.luck,
+        title="One run proves little",
+        setting="""Two filters with fading memory on the same {samples} samples: A with ξ = {xi[0]:g}, B with ξ =
+            {xi[1]:g}. With seed {seed} the RMS error of A is {once[0]:.1f} m and that of B {once[1]:.1f} m: {better}
+            is better by {by:.0%}.""",
+        question="""The target flies the same way {seeds} times, each with other noise. How often is {better} the better
+            one?""",
+        choices=("At least {often:.0%} of the time", "Often, and often not", "At most {seldom:.0%} of the time"),
+        answer="""{wins} times of {seeds}. On average the error of A is {means[0]:.1f} m and that of B {means[1]:.1f}
+            m.
+
+            What counts is the difference on the same measurements, seed by seed. The error of {worse} is larger by
+            {gain} m; with 95% confidence between {low} and {high} m. {verdict}.""",
+        steps=(
+            ("Both filters on that run", "Compare"),
+            ("{seeds} runs: every difference with its interval, and whether it is significant", "Compare"),
+            ("Where the best ξ lies, with its interval", "Tune"),
+        ),
+    ),
+    _Script(
+        facts.innovations,
+        title="Tuned without the truth",
+        setting="""In a log file nobody knows where the target really was. What one has are the innovations: how far
+            every measurement lies from its prediction.""",
+        question="""ξ is chosen so that the innovations are smallest. Beside the ξ whose predictions are nearest to
+            the truth, it is …""",
+        choices=(
+            "… the same, or nearly",
+            "… clearly larger: a smooth filter has small innovations",
+            "… clearly smaller: the filter learns to follow the noise",
+        ),
+        answer="""The innovations are smallest at ξ = {seen:.3f}, the error of the prediction at ξ = {predicted:.3f}.
+            The noise of a measurement has nothing to do with the prediction before it, so the squares add up:
+            innovation² is error² plus the variance of the noise, and both are smallest at the same place.
+
+            That holds for predictions, and for white noise. The smoothed position is best at ξ = {smoothed:.3f}. And
+            the best innovation says little of how good the filter is: it is {least:.1f} m here, of which {noise:.1f}
+            m are the sensor's.""",
+        steps=(
+            ("The aircraft of the first lesson: its error over all ξ", "Tune"),
+            ("The same without the truth, and what not knowing it costs", "Tune"),
+            ("Load a log of your own, and tune on it in the same way", "Data"),
+        ),
+    ),
+)
+
+
+@cache
+def lessons() -> tuple[Lesson, ...]:
+    """All lessons, in the order in which they are read."""
+    return tuple(script.lesson() for script in _SCRIPTS)
