@@ -12,11 +12,11 @@ from playwright.sync_api import CDPSession, Page, sync_playwright
 from benchmarks.serving import launch, running, settle
 from trials.report import Finding, at_most, none_of
 
-CHANGES, SHORT = 200, 7
+CHANGES, SHORT = 200, 8
 GROWTH = 20.0
 """Megabytes."""
 
-PAGES = ("/stability", "/tune", "/compare", "/data", "/3d", "/papers", "/")
+PAGES = ("/stability", "/tune", "/compare", "/data", "/3d", "/papers", "/learn", "/")
 PATIENCE = 120_000.0
 
 ROUNDS = 10

@@ -16,7 +16,7 @@ from layouts.shell import frame
 from server.files import ASK, IMMUTABLE
 from server.policy import source
 
-PATHS = ("/", "/stability", "/tune", "/compare", "/data", "/3d", "/papers")
+PATHS = ("/", "/stability", "/tune", "/compare", "/data", "/3d", "/papers", "/learn")
 
 
 @pytest.fixture(scope="module")

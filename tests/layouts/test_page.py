@@ -469,11 +469,11 @@ def test_every_page_can_be_gone_to(dash_app):
     links = [part for part in walk(frame()) if type(part).__name__ == "Link"]
     assert [(text_of(link), attribute(link, "href")) for link in links] == [
         ("Explore", "/"), ("Stability", "/stability"), ("Tune", "/tune"), ("Compare", "/compare"), ("Data", "/data"),
-        ("3-D", "/3d"), ("Papers", "/papers"),
+        ("3-D", "/3d"), ("Papers", "/papers"), ("Learn", "/learn"),
     ]  # fmt: skip
     for link in links:
         # What the script finds them by, so that those of pages with a filter carry the present one.
-        carries = " carries" if text_of(link) != "Papers" else ""
+        carries = " carries" if text_of(link) not in ("Papers", "Learn") else ""
         assert attribute(link, "className") == f"page-link{carries}"
         assert re.fullmatch(r"[a-z][\w-]*", attribute(link, "id"))
 
