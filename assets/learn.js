@@ -5,37 +5,40 @@
   const KEPT = "gainscope-learn";
   const MARKS = { right: "✓", wrong: "✗" };
   let right = {};
+  let choices = {}; // by lesson the number of what was predicted
 
   const root = () => document.getElementById("learn");
   const card = (name) => root().querySelector(`[data-lesson="${name}"]`);
 
-  // By lesson the number of the choice.
-  function predicted() {
+  function isChoice([name, choice]) {
+    if (!Object.hasOwn(right, name) || !Number.isInteger(choice)) return false;
+    return Boolean(card(name).querySelector(`[data-choice="${choice}"]`));
+  }
+
+  function kept() {
     try {
-      const kept = JSON.parse(sessionStorage.getItem(KEPT)) || {};
-      return Object.fromEntries(Object.entries(kept).filter(([name, choice]) => choiceOf(name, choice)));
+      return JSON.parse(sessionStorage.getItem(KEPT)) || choices;
     } catch (error) {
-      return {};
+      return choices;
     }
   }
 
-  function keep(choices) {
+  function keep(wanted) {
+    choices = wanted;
     try {
       sessionStorage.setItem(KEPT, JSON.stringify(choices));
     } catch (error) {
-      // They then last as long as the page.
+      // They then last until the page is loaded anew.
     }
-  }
-
-  function choiceOf(name, choice) {
-    return name in right && card(name).querySelector(`[data-choice="${Number(choice)}"]`);
+    count();
   }
 
   function begin(data) {
     right = data;
+    choices = Object.fromEntries(Object.entries(kept()).filter(isChoice));
     gainscope.markPage();
-    for (const [name, choice] of Object.entries(predicted())) show(name, choice);
-    count(predicted());
+    for (const name of Object.keys(choices)) show(name);
+    count();
     const lesson = Object.keys(data).find((name) => location.hash === `#lesson-${name}`);
     if (lesson) card(lesson).scrollIntoView();
     root().dataset.state = "settled";
@@ -46,22 +49,25 @@
     return choice === right[name] ? "right" : "wrong";
   }
 
-  function show(name, choice) {
+  function verdict(name) {
+    return outcome(name, choices[name]) === "right" ? "As you predicted." : "Not as you predicted.";
+  }
+
+  function show(name) {
     const lesson = card(name);
     for (const button of lesson.querySelectorAll("[data-choice]")) {
       const own = Number(button.dataset.choice);
+      const taken = own === choices[name];
       // What is disabled would lose the focus.
       button.setAttribute("aria-disabled", "true");
-      button.setAttribute("aria-pressed", String(own === choice));
-      if (own !== choice && own !== right[name]) continue;
+      button.setAttribute("aria-pressed", String(taken));
+      if (!taken && own !== right[name]) continue;
       button.dataset.outcome = outcome(name, own);
-      const said = own === choice ? "predicted" : "what happens";
-      button.querySelector(".mark").textContent = `${MARKS[outcome(name, own)]} ${said}`;
+      button.querySelector(".mark").textContent = `${MARKS[outcome(name, own)]} ${taken ? "predicted" : "what happens"}`;
     }
-    const verdict = outcome(name, choice) === "right" ? "As you predicted." : "Not as you predicted.";
     const line = lesson.querySelector(".verdict-line");
-    line.textContent = verdict;
-    line.dataset.outcome = outcome(name, choice);
+    line.textContent = verdict(name);
+    line.dataset.outcome = outcome(name, choices[name]);
     turn(lesson, true);
   }
 
@@ -83,35 +89,38 @@
     turn(lesson, false);
   }
 
-  function count(choices) {
+  function count() {
     const names = Object.keys(choices);
     const hits = names.filter((name) => outcome(name, choices[name]) === "right");
     for (const place of root().querySelectorAll("[data-mark]")) {
       const name = place.dataset.mark;
-      place.textContent = name in choices ? MARKS[outcome(name, choices[name])] : "";
-      if (name in choices) place.setAttribute("aria-label", outcome(name, choices[name]));
-      else place.removeAttribute("aria-label");
+      const said = name in choices ? outcome(name, choices[name]) : "";
+      place.textContent = said ? MARKS[said] : "";
+      for (const [attribute, value] of [["role", "img"], ["aria-label", said]]) {
+        if (said) place.setAttribute(attribute, value);
+        else place.removeAttribute(attribute);
+      }
     }
-    document.getElementById("learn-score").textContent = names.length
-      ? `${hits.length} of ${names.length} predicted rightly`
-      : "";
+    const score = names.length ? `${hits.length} of ${names.length} predicted rightly` : "";
+    document.getElementById("learn-score").textContent = score;
     document.getElementById("learn-again").hidden = !names.length;
   }
 
   document.addEventListener("click", (event) => {
     if (!(event.target instanceof Element) || !root() || !root().contains(event.target)) return;
     const button = event.target.closest("button");
-    if (button && "choice" in button.dataset && !button.ariaDisabled) {
+    if (button && button.matches("[data-choice]:not([aria-disabled])")) {
       const name = button.closest("[data-lesson]").dataset.lesson;
-      const choices = { ...predicted(), [name]: Number(button.dataset.choice) };
-      keep(choices);
-      show(name, choices[name]);
-      count(choices);
+      if (!Object.hasOwn(right, name)) return;
+      keep({ ...choices, [name]: Number(button.dataset.choice) });
+      show(name);
+      const happens = card(name).querySelector(`[data-choice="${right[name]}"] > span`).textContent;
+      document.getElementById("learn-said").textContent = `${verdict(name)} What happens: ${happens}`;
     }
     if (button && button.id === "learn-again") {
       keep({});
       for (const name of Object.keys(right)) hide(name);
-      count({});
+      document.getElementById("learn-said").textContent = "";
       root().querySelector("[data-choice]").focus();
     }
   });

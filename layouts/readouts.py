@@ -107,7 +107,7 @@ def _verdict_text(result: Result) -> tuple[str, str]:
         failed = ", ".join(f"{c.text} fails by {significant(-c.margin, 3)}" for c in verdict.conditions if not c.holds)
         return "bad", f"Unstable: {failed} (normalised gains)."
     if radius >= NEARLY:
-        # Equal poles are known to a ten-thousandth at best: no more digits than that.
+        # With three digits it would look like 1.
         return "good", "Stable, barely: the largest pole is within 0.001 of the unit circle."
     return "good", f"Stable: the largest pole has magnitude {significant(radius, 3)}."
 

@@ -7,8 +7,9 @@ have their poles, no digits cancel.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache, lru_cache
+from itertools import chain
 from math import atan2, fsum, hypot, isfinite, log
 
 import numpy as np
@@ -21,15 +22,14 @@ SNAP = 0.008
 """A pole brought as near as this to the real axis is put on it; near z = 1 a fifth of its distance from there."""
 
 REAL = 2e-3
-"""A pole whose imaginary part is no more of its distance from 1 than this is a real one, but for rounding."""
+"""A pole whose imaginary part is no more of its distance from 1 than this is a real one, but for digits of gains."""
 
 CLUSTER = 1e-3
-"""Poles no farther apart than this may be equal ones, as a share of their distance from z = 1: rounding parts four
-equal ones by 3e-4, fewer by less."""
+"""Poles no farther apart than this may be equal ones, as a share of their distance from z = 1."""
 
-ROUNDING = 128 * float(np.finfo(float).eps)
-"""What rounding does to a coefficient of a polynomial, as a share of the terms that it is the sum of: up to some 55
-epsilon, where the gains are those of four equal poles."""
+ROUNDING = 8 * float(np.finfo(float).eps)
+"""What rounding does to a polynomial and its derivatives, as a share of the terms that they are the sum of: gains that
+place equal poles leave up to 3.4 epsilon."""
 
 LARGEST = 1e12
 """No gains that can be written have a larger pole."""
@@ -70,16 +70,16 @@ def poles(gains: Gains) -> tuple[complex, ...]:
     """Roots of the characteristic polynomial, largest magnitude first.
 
     Found around z = 1 or around z = 0, whichever is nearer to them, so that they keep their digits at either. Rounding
-    parts m equal roots by its m-th root, four by 1e-4; where equal ones make the same polynomial but for rounding, they
-    are what is returned, and have all their digits.
+    parts m equal roots by its m-th root, four by 1e-4; what is an m-fold root but for the rounding of the gains is
+    returned m times, and has all its digits.
     """
     g = gains.vector
     # The products of all |1 - z| and of all |z|.
-    if abs(g[-1]) < abs(1 - g[0]):
+    if abs(g[-1]) <= abs(1 - g[0]):
         centre, polynomial = 1.0, offset_polynomial(gains)
     else:
         centre, polynomial = 0.0, characteristic_polynomial(gains)
-    found = [centre + root for root in _united(_roots(polynomial), polynomial, centre)]
+    found = _united([centre + root for root in _roots(polynomial)], gains)
     return tuple(sorted(found, key=lambda root: (-abs(root), -root.imag)))
 
 
@@ -92,32 +92,76 @@ def _roots(polynomial: FloatArray) -> list[complex]:
     return [complex(root) for root in (*np.linalg.eigvals(companion), *[0.0] * (len(polynomial) - 1 - degree))]
 
 
-def _united(roots: list[complex], polynomial: FloatArray, centre: float) -> list[complex]:
-    """The roots of a polynomial around a centre: those that may be equal at their mean, if that makes the same one."""
+def _united(roots: list[complex], gains: Gains) -> list[complex]:
+    """The roots of the characteristic polynomial, those that are one root several times made equal."""
     groups: list[list[complex]] = []
     for root in roots:
-        near = [group for group in groups if any(_near(root, other, centre) for other in group)]
-        groups = [group for group in groups if group not in near] + [
-            [root, *(other for group in near for other in group)]
-        ]
+        near = [group for group in groups if any(_may_be_equal(root, other) for other in group)]
+        groups = [group for group in groups if group not in near] + [[root, *chain(*near)]]
     if len(groups) == len(roots):
         return roots
-    # A group that is its own mirror image has a real mean, exactly.
-    means = [
-        complex(fsum(root.real for root in group), fsum(root.imag for root in group)) / len(group) for group in groups
+    # The polynomial around z = 1 and around z = 0, each with the sizes of the terms that its coefficients consist of.
+    ways = [
+        (centre, write(gains), np.abs(constant) + np.abs(gains.vector) @ np.abs(slopes))
+        for centre, write in ((1.0, offset_polynomial), (0.0, characteristic_polynomial))
+        for constant, slopes in [_parts(write, gains.order)]
     ]
-    united = [mean for mean, group in zip(means, groups, strict=True) for _ in group]
-    # Around z = 0 the coefficients are sums of gains and whole numbers, which may cancel.
-    terms = (
-        np.poly([-abs(root) for root in united]) if centre else np.full(len(polynomial), 1 + np.abs(polynomial).max())
+    return [root for group in groups for root in _repeated(group, ways)]
+
+
+def _may_be_equal(one: complex, other: complex) -> bool:
+    return abs(one - other) <= CLUSTER * abs(1 - (one + other) / 2)
+
+
+_Way = tuple[float, FloatArray, FloatArray]
+
+
+def _repeated(group: list[complex], ways: list[_Way]) -> list[complex]:
+    """Roots near each other: as many as possible of them as one root, the others as they are."""
+    others: list[complex] = []
+    while len(group) > 1:
+        # A group that is its own mirror image has a real mean, exactly.
+        mean = complex(fsum(root.real for root in group), fsum(root.imag for root in group)) / len(group)
+        root = _refined(mean, len(group), ways[0])
+        if all(_is_root(root, len(group), way) for way in ways):
+            return [root] * len(group) + others
+        farthest = max(abs(root - mean) for root in group)
+        # With its mirror image, which is as far away.
+        gone = [root for root in group if abs(root - mean) >= farthest * (1 - CLUSTER)]
+        others += gone
+        group = [root for root in group if root not in gone]
+    return group + others
+
+
+def _refined(root: complex, times: int, way: _Way) -> complex:
+    """A root of so many times, from nearby: it is a simple one of a derivative, and has all its digits there."""
+    centre, polynomial, _ = way
+    derivative = np.polyder(polynomial, times - 1)
+    offset = complex(root - centre)
+    for _ in range(3):
+        slope = np.polyval(np.polyder(derivative), offset)
+        if slope == 0:
+            break
+        offset -= complex(np.polyval(derivative, offset) / slope)
+    return centre + offset
+
+
+def _is_root(root: complex, times: int, way: _Way) -> bool:
+    """Whether the polynomial and its derivatives vanish there, but for rounding."""
+    centre, polynomial, terms = way
+    offset = root - centre
+    return all(
+        abs(np.polyval(np.polyder(polynomial, n), offset)) <= ROUNDING * np.polyval(np.polyder(terms, n), abs(offset))
+        for n in range(times)
     )
-    same = np.abs(np.poly(united) - polynomial) <= ROUNDING * terms
-    return united if same.all() else roots
 
 
-def _near(one: complex, other: complex, centre: float) -> bool:
-    """Whether two roots around a centre may be equal ones."""
-    return abs(one - other) <= CLUSTER * abs(1 - centre - (one + other) / 2)
+@cache
+def _parts(write: Callable[[Gains], FloatArray], order: int) -> tuple[FloatArray, FloatArray]:
+    """A polynomial whose coefficients are linear in the gains: its constant part, and what each gain adds to it."""
+    constant = write(Gains((0.0,) * order))
+    units = [Gains(tuple(row)) for row in np.eye(order).tolist()]
+    return constant, np.array([write(unit) - constant for unit in units])
 
 
 def padded(values: Iterable[float]) -> list[float]:
@@ -222,7 +266,8 @@ def damping_class(gains: Gains) -> str:
 
     Underdamped where a pair of poles is complex; alternating where all are real and one is negative, so that part of
     the response changes sign at every sample; critically damped where all are equal; else overdamped. Order 2 is
-    decided by the discriminant (g0 + g1 - 2)^2 - 4(1 - g0); above it poles count as equal within their scatter.
+    decided by the discriminant (g0 + g1 - 2)^2 - 4(1 - g0); above it poles count as equal within CLUSTER, so that gains
+    which are written with a few digits do.
     """
     roots = poles(gains)
     if gains.order == 2:

@@ -82,6 +82,12 @@ def grained(values: FloatArray, step: FloatArray | float) -> FloatArray:
     return np.where(np.isfinite(rounded), rounded, values)
 
 
+def shortened(values: FloatArray) -> FloatArray:
+    """Values for drawing, rounded to 17 binary digits, so that what is sent has fewer; small ones stay exact enough."""
+    fractions, powers = np.frexp(values)
+    return np.ldexp(np.round(fractions * 2**17) / 2**17, powers)
+
+
 def trace(kind: str, x: FloatArray, y: FloatArray, theme: str, **more: Any) -> dict[str, Any]:
     """One of the four series: the same colour, line and marker on every plot."""
     base: dict[str, Any] = {"type": "scatter", "name": NAMES[kind], "x": packed(x), "y": packed(y)}

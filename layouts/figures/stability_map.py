@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from layouts.figures.common import META, Figure, grain, grained, packed, round_up, xy
+from layouts.figures.common import META, Figure, packed, round_up, shortened, xy
 from layouts.figures.map_background import background, forbidden
 from layouts.shown import Shown
 from layouts.theme import layout, tokens
@@ -48,7 +48,7 @@ def stability_map(shown: Shown) -> Figure:
     ranges = [axis_range(gains, name, values) for name, values in zip(plane, border, strict=True)]
     t = tokens(shown.theme)
     behind, beyond = background(shown, ranges), forbidden(shown, ranges)
-    data = _base(shown, plane, ranges)
+    data = _base(shown, plane)
     data[BACKGROUND], data[FORBIDDEN] = behind, beyond
     if shown.view.background != "none":
         # The colours of the background are read from a scale: nothing may tint them.
@@ -90,8 +90,7 @@ def map_key(shown: Shown) -> str:
 
 def small_map(shown: Shown) -> Figure:
     """The same in the (alpha, beta) plane, without curves and backgrounds."""
-    ranges = [RANGES[name] for name in ALPHA_BETA]
-    return _figure(shown, ALPHA_BETA, _base(shown, ALPHA_BETA, ranges), ranges)
+    return _figure(shown, ALPHA_BETA, _base(shown, ALPHA_BETA), [RANGES[name] for name in ALPHA_BETA])
 
 
 def small_key(shown: Shown) -> str:
@@ -99,14 +98,12 @@ def small_key(shown: Shown) -> str:
     return f"{shown.result.gains.order}|{shown.result.selection is not None}"
 
 
-def _base(shown: Shown, plane: tuple[str, str], ranges: list[list[float]]) -> list[dict[str, Any]]:
+def _base(shown: Shown, plane: tuple[str, str]) -> list[dict[str, Any]]:
     """Region, damping, printed bounds, places of the two backgrounds, operating point."""
-    steps = grain(np.array(ranges).T)
     t, gains, stable = tokens(shown.theme), shown.result.gains, shown.result.verdict.stable
     damping = underdamped() if plane == ALPHA_BETA and gains.order == 2 else (np.empty(0), np.empty(0))
     border, printed = (
-        [grained(values, step) for values, step in zip(curve, steps, strict=True)]
-        for curve in (region_slice(gains, plane), printed_slice(gains, plane))
+        [shortened(values) for values in curve] for curve in (region_slice(gains, plane), printed_slice(gains, plane))
     )
     x, y = (float(gains.vector[GAIN_NAMES.index(name)]) for name in plane)
     symbols = [FIELDS[name].symbol for name in plane]

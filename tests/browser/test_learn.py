@@ -28,6 +28,9 @@ def test_an_answer_shows_once_it_is_predicted(open_page):
         expect(answer(page, lesson)).to_be_visible()
         expect(answer(page, lesson).locator(".verdict-line")).to_have_text("As you predicted.")
         expect(page.locator("#learn-score")).to_have_text(f"{number} of {number} predicted rightly")
+        expect(page.locator("#learn-said")).to_have_text(
+            f"As you predicted. What happens: {lesson.choices[lesson.right]}"
+        )
         for paragraph in lesson.answer:
             expect(answer(page, lesson)).to_contain_text(paragraph.replace("_", ""))
 
@@ -67,11 +70,14 @@ def test_a_step_leads_there_and_back(open_page, settle, lesson):
 
 def test_what_the_browser_has_kept_may_be_anything(open_page):
     page = open_page("learn")
-    for kept in ("no", "null", "[1]", '{"memory": 99, "nonsense": 1, "order": "x"}', f'{{"{FIRST.name}": {WRONG}}}'):
+    for kept in (
+        "no", "null", "[1]", '{"memory": 99, "nonsense": 1, "order": "x"}',
+        '{"luck": null, "stability": "1", "toString": 0}', f'{{"{FIRST.name}": {WRONG}}}',
+    ):  # fmt: skip
         page.evaluate("kept => sessionStorage.setItem('gainscope-learn', kept)", kept)
         page.reload()
         page.wait_for_selector("#learn[data-state=settled]")
-        shown = 1 if FIRST.name in kept and str(WRONG) in kept and "99" not in kept else 0
+        shown = int(kept == f'{{"{FIRST.name}": {WRONG}}}')
         expect(page.locator(".lesson-answer:visible")).to_have_count(shown)
 
 

@@ -81,14 +81,17 @@ def test_no_right_answer_has_a_place_of_its_own():
 @pytest.mark.parametrize(("xi", "key"), [(facts.SHORT, ""), (facts.LONG, "_after")])
 def test_memory(xi, key):
     numbers = facts.memory().numbers
-    truth, measured = of(facts.flown(xi))
-    errors = followed(truth.positions, measured, *faded(xi), 1.0)
+    alpha, beta = faded(xi)
+    runs = []
+    for seed in range(1, 21):
+        truth, measured = of(Experiment.from_dict(facts.flown(xi).to_dict() | {"seed": seed}))
+        runs.append(followed(truth.positions, measured, alpha, beta, 1.0))
     heading = np.unwrap(np.arctan2(truth.states[:, 1, 1], truth.states[:, 0, 1]))
     # A leg begins at the sample at a joint.
     turning = np.append(np.abs(np.diff(heading)) > 1e-9, False)
-    assert numbers[f"straight{key}"] == pytest.approx(rms(errors[~turning]), rel=1e-9)
-    assert numbers[f"turning{key}"] == pytest.approx(rms(errors[turning]), rel=1e-9)
-    alpha, beta = faded(xi)
+    assert numbers["runs"] == len(runs)
+    assert numbers[f"straight{key}"] == pytest.approx(rms(np.array(runs)[:, ~turning]), rel=1e-9)
+    assert numbers[f"turning{key}"] == pytest.approx(rms(np.array(runs)[:, turning]), rel=1e-9)
     assert numbers[f"share{key}"] == pytest.approx(smoothed_share(alpha, beta), rel=1e-12)
     assert numbers[f"lag{key}"] == pytest.approx((1 - alpha) / beta, rel=1e-12)
 
@@ -126,6 +129,14 @@ def test_where_it_breaks_is_what_may_be_predicted():
     assert found.numbers["pole"] == pytest.approx(facts.STEADY - 1, rel=1e-12)
     assert found.numbers["pole_breaking"] == pytest.approx(facts.BREAKING - 1, rel=1e-12)
     assert found.numbers["fails"] == "4 − 2α − β > 0"
+    # At α = 1 only predictions run away; where the step leads the run is stopped.
+    truth, measured = of(facts.by_hand(1.0, facts.BREAKING))
+    errors = followed(truth.positions, measured, 1.0, facts.BREAKING, 1.0)[:60]
+    np.testing.assert_allclose(errors, np.hypot(*(measured - truth.positions)[:60].T), rtol=1e-9)
+    last = run_experiment(Experiment.from_dict(dict(parse_qsl(urlsplit(found.ways[-1]).query))))
+    truth, measured = of(facts.by_hand(facts.SMALL, facts.BEYOND))
+    errors = followed(truth.positions, measured, facts.SMALL, facts.BEYOND, 1.0)
+    assert last.track.stopped_at == found.numbers["sample"] - 1 == int(np.argmax(errors > last.track.limit * 0.99))
 
 
 def test_prediction():
@@ -153,6 +164,9 @@ def test_luck():
     assert facts.SELDOM < numbers["wins"] / facts.SEEDS < facts.OFTEN
     assert float(numbers["low"].replace("−", "-")) < 0 < float(numbers["high"])
     assert "Zero lies within" in numbers["verdict"]
+    ahead = errors[worse] - errors[better]
+    assert numbers["won"] == pytest.approx(ahead[ahead > 0].mean())
+    assert numbers["lost"] == pytest.approx(-ahead[ahead < 0].mean())
 
 
 def test_innovations():
@@ -176,6 +190,7 @@ def test_innovations():
     assert abs(grid[np.argmin(seen)] - found["seen"]) <= 0.015
     assert abs(grid[np.argmin(predicted)] - found["predicted"]) <= 0.015
     assert found["least"] == pytest.approx(seen.min(), rel=1e-3)
+    assert found["error"] == pytest.approx(predicted.min(), rel=1e-3)
     assert found["noise"] == pytest.approx(50 * math.sqrt(2))
     assert abs(found["seen"] - found["predicted"]) <= facts.NEARLY
     assert LESSONS["innovations"].choices[LESSONS["innovations"].right].startswith("… the same")

@@ -6,7 +6,7 @@ By the same functions as on the pages that the steps lead to.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -75,12 +75,15 @@ def flown(xi: float) -> Experiment:
     return _experiment(scenario="coordinated-turn", noise_std=NOISE, order=2, design="fading-memory", xi=xi)
 
 
+RUNS = 20
+
+
 def leg_errors(experiment: Experiment) -> tuple[float, float]:
-    """RMS distance of the smoothed position from the truth on straight legs and in turns, m."""
-    result = run_experiment(experiment)
-    turning = np.abs(result.truth.states[:, :, 2]).max(axis=1) > 0
-    errors = distances(result.track.smoothed[:, :, 0] - result.truth.positions)
-    return _rms(errors[~turning]), _rms(errors[turning])
+    """RMS distance of the smoothed position from the truth on straight legs and in turns, m, over RUNS seeds."""
+    runs = [run_experiment(replace(experiment, seed=experiment.seed + run)) for run in range(RUNS)]
+    turning = np.abs(runs[0].truth.states[:, :, 2]).max(axis=1) > 0
+    errors = np.array([distances(run.track.smoothed[:, :, 0] - run.truth.positions) for run in runs])
+    return _rms(errors[:, ~turning]), _rms(errors[:, turning])
 
 
 def memory() -> Facts:
@@ -91,7 +94,7 @@ def memory() -> Facts:
     return Facts(
         right=[(True, False), (False, True), (True, True), (False, False)].index(smaller),
         numbers={
-            "short": SHORT, "long": LONG, "noise": NOISE, "straight": before[0], "turning": before[1],
+            "runs": RUNS, "short": SHORT, "long": LONG, "noise": NOISE, "straight": before[0], "turning": before[1],
             "straight_after": after[0], "turning_after": after[1], "share": noise_share(short),
             "share_after": noise_share(long), "lag": unit_lag(short), "lag_after": unit_lag(long),
         },
@@ -144,7 +147,9 @@ def order() -> Facts:
 # Where it breaks ----------------------------------------------------------------------------------------------------
 
 MILD, STEADY, BREAKING = 0.5, 1.9, 2.1
-SMALL = 0.2
+SMALL, BEYOND = 0.2, 3.8
+"""An alpha with more room, and a beta that is too large for it all the same."""
+
 LIMITS = (1.0, 2.0, 4.0)
 """What may be predicted."""
 
@@ -167,16 +172,20 @@ def stability() -> Facts:
     """The border of the stable region."""
     limit = last_stable_beta(1.0)
     mild, below, above = (by_hand(1.0, beta) for beta in (MILD, STEADY, BREAKING))
-    steady, broken = assess(below.gains()), assess(above.gains())
+    beyond = by_hand(SMALL, BEYOND)
+    steady, broken, stop = assess(below.gains()), assess(above.gains()), run_experiment(beyond).track.stopped_at
+    if stop is None:
+        raise RuntimeError("the run was to be stopped")
     return Facts(
         right=next((index for index, value in enumerate(LIMITS) if abs(value - limit) < 1e-6), len(LIMITS)),
         numbers={
             "mild": MILD, "steady": STEADY, "breaking": BREAKING, "small": SMALL, "limits": LIMITS, "limit": limit,
-            "limit_small": last_stable_beta(SMALL), "pole": steady.spectral_radius,
+            "limit_small": last_stable_beta(SMALL), "beyond": BEYOND, "sample": stop + 1,
+            "pole": steady.spectral_radius,
             "pole_breaking": broken.spectral_radius,
             "fails": next(condition.text for condition in broken.conditions if not condition.holds),
         },
-        ways=(_way("/stability", mild), _way("/stability", below), _way("/stability", above), _way("/", above)),
+        ways=(_way("/stability", mild), _way("/stability", below), _way("/stability", above), _way("/", beyond)),
     )  # fmt: skip
 
 
@@ -197,7 +206,7 @@ def prediction() -> Facts:
             "gain_calm": variance_reduction(calm.gains(), calm.interval).predicted,
         },
         ways=(_way("/", eager), _way("/", eager), _way("/", calm),
-              _way("/stability", eager, View(background="noise"))),
+              _way("/stability", eager)),
     )  # fmt: skip
 
 
@@ -229,7 +238,8 @@ def luck() -> Facts:
     better, worse = (1, 0) if errors[1, 0] < errors[0, 0] else (0, 1)
     wins = errors[better] < errors[worse]
     share = float(wins.mean())
-    gain, width = (float(value) for value in mean_interval(errors[worse] - errors[better]))
+    ahead = errors[worse] - errors[better]
+    gain, width = (float(value) for value in mean_interval(ahead))
     both = _way("/compare", second, pinned=[first])
     return Facts(
         right=0 if share >= OFTEN else 2 if share <= SELDOM else 1,
@@ -237,11 +247,12 @@ def luck() -> Facts:
             "samples": first.samples, "seed": first.seed, "seeds": SEEDS, "xi": (FIRST, SECOND),
             "once": errors[:, 0], "means": errors.mean(axis=1), "often": OFTEN, "seldom": SELDOM,
             "better": "AB"[better], "worse": "AB"[worse], "wins": int(wins.sum()),
+            "won": ahead[wins].mean(), "lost": -ahead[~wins].mean(),
             "by": 1 - errors[better, 0] / errors[worse, 0],
             "gain": significant(gain, 2), "low": significant(gain - width, 2), "high": significant(gain + width, 2),
-            "verdict": "Zero lies within: these runs do not say which is better"
+            "verdict": "Zero lies within: these runs do not say whose error is smaller on average"
             if abs(gain) <= width
-            else "Zero lies outside: so many runs do say which is better",
+            else "Zero lies outside: so many runs do say whose error is smaller on average",
         },
         ways=(both, both, _way("/tune", second)),
     )  # fmt: skip
@@ -272,6 +283,7 @@ def innovations() -> Facts:
         right=0 if abs(apart) <= NEARLY else 1 if apart > 0 else 2,
         numbers={
             "seen": seen.value, "predicted": predicted.value, "smoothed": smoothed.value, "least": seen.score.mean,
+            "error": predicted.score.mean,
             "noise": NOISE * len(experiment.target.axes) ** 0.5,
         },
         ways=(_way("/tune", experiment), _way("/tune", experiment, blind), "/data"),

@@ -102,8 +102,8 @@ _SCRIPTS = (
             "Smaller everywhere: more measurements are averaged",
             "Larger everywhere: old measurements say nothing about now",
         ),
-        answer="""On the straight legs the RMS error goes from {straight:.1f} m to {straight_after:.1f} m, in the
-            turns from {turning:.1f} m to {turning_after:.1f} m.
+        answer="""Over {runs} runs the RMS error goes from {straight:.1f} m to {straight_after:.1f} m on the straight
+            legs, and from {turning:.1f} m to {turning_after:.1f} m in the turns.
 
             Of the variance of the noise the filter lets {share:.0%} through before and {share_after:.0%} after. For
             every m/s² of a turn it lags by {lag:.1f} m before and by {lag_after:.1f} m after. No fixed gain is good
@@ -124,10 +124,10 @@ _SCRIPTS = (
         choices=(
             "It comes ever nearer to the truth, as measurements add up",
             "It stays behind by the same distance",
-            "It falls behind farther and farther, as the speed grows",
+            "It falls behind farther and farther, as the velocity changes more and more",
         ),
         answer="""Without noise it is {halfway:.2f} m away halfway through the run, and {end:.2f} m at its end. The
-            correction by β then makes up at each sample for what the velocity has grown by since the last one.
+            correction by β then makes up at each sample for what the velocity has changed by since the last one.
 
             The distance is a T² (1 − α)/β, here {strength:.4f} · {interval:g}² · (1 − {alpha:.4f})/{beta:.4f} =
             {lag:.2f} m. An α-β-γ filter, which keeps the acceleration as well, has no such lag, but lets
@@ -151,17 +151,20 @@ _SCRIPTS = (
             "{limits[2]:g}",
             "None: as long as α is no more than 1, errors die out",
         ),
-        answer="""β must stay below 4 − 2α = {limit:.4g}. At β = {steady:g} the largest pole has magnitude
-            {pole:.2f}: errors change sign at every sample and die out slowly. At β = {breaking:g} it has
-            {pole_breaking:.2f}, and {fails} fails.
+        answer="""β must stay below 4 − 2α = {limit:.4g}. At β = {steady:g} the largest pole has magnitude {pole:.2f}:
+            the errors of velocity and prediction change sign at every sample and die out. At β = {breaking:g} it has
+            {pole_breaking:.2f}: {fails} fails, and they grow. The smoothed position shows nothing of it, since with
+            α = 1 it is the measurement.
 
-            With a smaller α there is more room: at α = {small:g} up to β = {limit_small:.4g}. Designs stay well
-            inside; only filters that believe nearly all they measure come near the border.""",
+            With a smaller α there is more room, at α = {small:g} up to β = {limit_small:.4g}. Beyond, at β =
+            {beyond:g}, the error of the smoothed position grows as well, and the run is stopped at sample {sample}.
+            Only filters that believe nearly all they measure come near this border; slow ones lie along the other,
+            β = 0.""",
         steps=(
             ("The filter at β = {mild:g}, and its poles", "Stability"),
-            ("β = {steady:g}: stable, barely", "Stability"),
+            ("β = {steady:g}: it rings, and is stable", "Stability"),
             ("β = {breaking:g}: which inequality fails, by how much, and the nearest stable gains", "Stability"),
-            ("The same on a target: how far the run gets", "Explore"),
+            ("α = {small:g} and β = {beyond:g} on a target: where the run is stopped", "Explore"),
         ),
     ),
     _Script(
@@ -185,23 +188,23 @@ _SCRIPTS = (
             ("The aircraft and the filter", "Explore"),
             ("Tracking RMSE, of the prediction, beside the RMSE of the measurements", "Explore"),
             ("The same target with the calm filter", "Explore"),
-            ("What noise every pair of gains lets through, as colours behind the stable region", "Stability"),
+            ("Both variances, under Numbers at the foot of the page", "Stability"),
         ),
     ),
     _Script(
         facts.luck,
         title="One run proves little",
         setting="""Two filters with fading memory on the same {samples} samples: A with ξ = {xi[0]:g}, B with ξ =
-            {xi[1]:g}. With seed {seed} the RMS error of A is {once[0]:.1f} m and that of B {once[1]:.1f} m: {better}
-            is better by {by:.0%}.""",
+            {xi[1]:g}. With seed {seed} the RMS error of the smoothed position is {once[0]:.1f} m with A and
+            {once[1]:.1f} m with B: {better} is better by {by:.0%}.""",
         question="""The target flies the same way {seeds} times, each with other noise. How often is {better} the better
             one?""",
         choices=("At least {often:.0%} of the time", "Often, and often not", "At most {seldom:.0%} of the time"),
-        answer="""{wins} times of {seeds}. On average the error of A is {means[0]:.1f} m and that of B {means[1]:.1f}
-            m.
+        answer="""{wins} times of {seeds}: by {won:.1f} m where it is better, and by {lost:.1f} m worse where it is not.
+            On average the error is {means[0]:.1f} m with A and {means[1]:.1f} m with B.
 
-            What counts is the difference on the same measurements, seed by seed. The error of {worse} is larger by
-            {gain} m; with 95% confidence between {low} and {high} m. {verdict}.""",
+            Filters are compared on the same measurements, seed by seed. The error of {worse} is larger by {gain} m on
+            average; with 95% confidence by {low} to {high} m. {verdict}.""",
         steps=(
             ("Both filters on that run", "Compare"),
             ("{seeds} runs: every difference with its interval, and whether it is significant", "Compare"),
@@ -221,12 +224,12 @@ _SCRIPTS = (
             "… clearly smaller: the filter learns to follow the noise",
         ),
         answer="""The innovations are smallest at ξ = {seen:.3f}, the error of the prediction at ξ = {predicted:.3f}.
-            The noise of a measurement has nothing to do with the prediction before it, so the squares add up:
-            innovation² is error² plus the variance of the noise, and both are smallest at the same place.
+            The noise of a measurement has nothing to do with the prediction before it, so on average the squares add
+            up: innovation² is error² plus the variance of the noise, and both are smallest at the same place.
 
             That holds for predictions, and for white noise. The smoothed position is best at ξ = {smoothed:.3f}. And
-            the best innovation says little of how good the filter is: it is {least:.1f} m here, of which {noise:.1f}
-            m are the sensor's.""",
+            small innovations are not small errors: they are {least:.1f} m here at best, where the predictions are
+            {error:.1f} m off and the sensor {noise:.1f} m.""",
         steps=(
             ("The aircraft of the first lesson: its error over all ξ", "Tune"),
             ("The same without the truth, and what not knowing it costs", "Tune"),

@@ -52,7 +52,8 @@ def _contents() -> Component:
                 className="hint",
             ),
             html.Ol(items, className="documents"),
-            html.P(id="learn-score", className="hint", role="status"),
+            html.P(id="learn-score", className="hint"),
+            html.P(id="learn-said", className="visually-hidden", role="status"),
             html.Button("Start again", id="learn-again", type="button", className="quiet", hidden=True),
         ],
         className="controls card contents",
@@ -98,7 +99,7 @@ def _card(number: int, lesson: Lesson) -> Component:
     )
     waiting = html.P("What happens shows once you have predicted it.", className="hint")
     return html.Section(
-        [html.H2(f"{number}. {lesson.title}"), asked, html.Div([waiting, answer], role="status")],
+        [html.H2(f"{number}. {lesson.title}"), asked, html.Div([waiting, answer])],
         id=part,
         className="card lesson",
         **{"data-lesson": lesson.name},

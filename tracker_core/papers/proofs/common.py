@@ -116,7 +116,7 @@ def pole_list(poles: Iterable[complex], decimals: int = 3) -> str:
     """Poles in one line, a conjugate pair as one."""
     texts = []
     for pole in poles:
-        # Four equal poles are computed 1e-4 apart.
+        # Gains that are printed with a few digits part equal poles.
         if abs(pole.imag) < 1e-3:
             texts.append(plain(pole.real, decimals))
         elif pole.imag > 0:
