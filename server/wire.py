@@ -213,6 +213,8 @@ class Wire(HttpToolsProtocol):
             own.pause_writing()
         own.handle_connect(requests[0])  # type: ignore[arg-type]
         self.transport.set_protocol(own)
+        # It holds this one, which would otherwise be left for the collector.
+        self.parser = None  # type: ignore[assignment]
         return None
 
     # What is refused -------------------------------------------------------------------------------------------------

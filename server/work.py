@@ -138,6 +138,8 @@ class Work:
             # Whoever gives up in the line gives up the place; whoever is being computed keeps it.
             with self._lock:
                 self._line.remove(asked.client, asked)
+            # An error holds this frame by its trace, and the answer holds the error.
+            del asked
 
     def _call(self) -> None:
         """Whose turn it is gets a thread."""

@@ -19,6 +19,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.typing import Subprotocol
 
 from layouts.scenes.page import protocol
+from layouts.scenes.parting import hang_up
 from layouts.scenes.sessions import TOKEN, RefusedError, Session
 from server.sockets import POLICY, TOO_LARGE
 
@@ -116,6 +117,7 @@ async def _serve(websocket: WebSocket, session: Session, scenes: Scenes) -> bool
         if code is not None:
             with contextlib.suppress(RuntimeError):  # the browser may have closed at the same moment
                 await websocket.close(code)
+    hang_up(viser)
     return code == IDLE_END
 
 
