@@ -47,10 +47,12 @@ class Socket(WebSocketsSansIOProtocol):
         self._rest: asyncio.TimerHandle | None = None
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Give the place back."""
+        """Give the place back, and read no more."""
         if self._rest is not None:
             self._rest.cancel()
         super().connection_lost(exc)
+        # What reads, and what it reads for, hold each other until it comes to its end.
+        self.conn.parser.close()
         if self._place is not None:
             self._place.leave(self._name)
 

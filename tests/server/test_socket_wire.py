@@ -1,6 +1,7 @@
 """What a socket says and takes, over a network: no more is kept of it than is heard, and nothing is lost."""
 
 import asyncio
+import gc
 import socket
 import struct
 import threading
@@ -19,6 +20,9 @@ from tests.waiting import eventually
 
 SETTINGS = Settings(requests_per_second=1e6, requests_at_once=1_000_000)
 TEXT, BINARY, CLOSE, PING, PONG, CONTINUED = 0x1, 0x2, 0x8, 0x9, 0xA, 0x0
+KEPT = {"Wire", "HttpRequestParser", "Socket", "ServerProtocol"}
+"""What a connection is made of here, by the names of their types."""
+
 LARGE = 64_000_000
 """Bytes that no system keeps for a client that takes nothing."""
 
@@ -347,6 +351,32 @@ def test_one_that_is_being_closed_holds_up_no_end(opened, sockets):
     server.loop.call_soon_threadsafe(end)
     asyncio.run(eventually(lambda: ended))
     assert [kind for kind, _ in frames(connection)] == [CLOSE]
+
+
+@pytest.mark.parametrize("way", ["closed by both", "cut off"])
+def test_a_socket_that_has_ended_is_not_left_for_the_collector(opened, way):
+    """Some thirty values for each of hundreds in a minute, which the collector would find late."""
+
+    def kept():
+        return [kind for thing in gc.get_objects() if (kind := type(thing).__name__) in KEPT]
+
+    def all_ended():
+        gc.collect()
+        return kept() == []
+
+    asyncio.run(eventually(all_ended))
+    gc.disable()
+    try:
+        for _ in range(3):
+            connection = opened(b"/echo")
+            assert set(kept()) >= {"Socket", "ServerProtocol"}
+            if way == "closed by both":
+                connection.sendall(frame(CLOSE, b"\x03\xe8"))
+                assert next(frames(connection))[0] == CLOSE
+            connection.close()
+        asyncio.run(eventually(lambda: kept() == []))
+    finally:
+        gc.enable()
 
 
 def test_what_a_client_breaks_is_no_mistake_of_ours(opened, caplog):
