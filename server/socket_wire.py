@@ -22,6 +22,9 @@ BITE = 4096
 MOST_PARTS = 256
 """Frames that one message may come in. Browsers send most in one."""
 
+LINGER, LET_PASS = 2.0, 4_000_000
+"""Seconds and bytes for which what is still on its way passes unread, once it is said why a socket ends."""
+
 ASIDES = Rate(per_second=1_000, at_once=2_000)
 """Frames of all sockets of one client that begin no message: pings, pongs, further parts. A browser sends a pong every
 20 s. More of them wait."""
@@ -42,6 +45,8 @@ class Socket(WebSocketsSansIOProtocol):
         self._name, self._place, self._asides = name, place, asides
         self._is_ending = False
         self._unread = b""
+        # Whether nothing is read any more, and the bytes that have passed since then.
+        self._is_deaf, self._passed = False, 0
         # Frames that begin no message, of what is being read; and until when no more are read.
         self._aside = 0
         self._rest: asyncio.TimerHandle | None = None
@@ -60,7 +65,11 @@ class Socket(WebSocketsSansIOProtocol):
 
     def data_received(self, data: bytes) -> None:
         """Read what has come; a client that does not wait until it is opened is none."""
-        if self.handshake_complete:
+        if self._is_deaf:
+            self._passed += len(data)
+            if self._passed > LET_PASS:
+                self.transport.close()
+        elif self.handshake_complete:
             self._unread += data
             self._read_on()
         else:
@@ -86,6 +95,22 @@ class Socket(WebSocketsSansIOProtocol):
         """Take the answer to a ping."""
         self._aside += 1
         super().handle_pong(event)
+
+    def handle_parser_exception(self) -> None:
+        """Say why it ends to who says what cannot be read.
+
+        To close the connection while more is on its way would reset it, and the reset overtake what was said.
+        """
+        close: Any = self.conn.close_sent
+        self.queue.put_nowait({"type": "websocket.disconnect", "code": close.code, "reason": close.reason})
+        self.transport.write(b"".join(self.conn.data_to_send()))
+        self.close_sent = self._is_deaf = True
+        self._unread = b""
+        self.stop_keepalive()
+        if self.transport.can_write_eof():
+            self.transport.write_eof()
+        # uvicorn lets the connection be as long as there is one.
+        self.close_timer = self.loop.call_later(LINGER, self.transport.close)
 
     def keepalive_timeout(self) -> None:
         """End it where no answer came to a ping; one that has not been read may have."""
@@ -140,7 +165,7 @@ class Socket(WebSocketsSansIOProtocol):
 
     async def send(self, message: Any) -> None:
         """Pass on what the application says, and wait until most of it is taken."""
-        if self.close_sent and self.transport.is_closing():
+        if self.close_sent and (self._is_deaf or self.transport.is_closing()):
             # It has been ended for what it said, or did not say. For uvicorn it were the application's mistake.
             raise ClientDisconnected
         await super().send(message)

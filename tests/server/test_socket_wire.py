@@ -353,6 +353,31 @@ def test_one_that_is_being_closed_holds_up_no_end(opened, sockets):
     assert [kind for kind, _ in frames(connection)] == [CLOSE]
 
 
+def test_why_it_ends_is_heard_whatever_is_on_its_way(opened):
+    """A connection that is closed before all of it was read is reset, and what was said last is lost."""
+    for _ in range(10):
+        connection = opened(b"/echo")
+        # A frame of no kind, and much behind it.
+        connection.sendall(frame(0x3, b"x") + bytes(300_000))
+        assert [(kind, said[:2]) for kind, said in frames(connection)] == [(CLOSE, (1002).to_bytes(2))]
+
+
+def test_who_goes_on_once_it_is_over_is_cut_off(opened, monkeypatch):
+    monkeypatch.setattr(socket_wire, "LET_PASS", 500_000)
+    connection = opened(b"/echo")
+    connection.sendall(frame(0x3, b"x"))
+    assert next(frames(connection))[0] == CLOSE
+    with pytest.raises(OSError, match="reset|pipe"):
+        connection.sendall(bytes(200_000_000))
+
+
+def test_what_is_over_ends_in_time(opened, sockets, monkeypatch):
+    monkeypatch.setattr(socket_wire, "LINGER", 0.2)
+    connection = opened(b"/echo")
+    connection.sendall(frame(0x3, b"x"))
+    asyncio.run(eventually(sockets[0].transport.is_closing))
+
+
 @pytest.mark.parametrize("way", ["closed by both", "cut off"])
 def test_a_socket_that_has_ended_is_not_left_for_the_collector(opened, way):
     """Some thirty values for each of hundreds in a minute, which the collector would find late."""
