@@ -52,11 +52,10 @@ def build(
         life: what says whether the server is ready, and is told what to end; None for one that has only begun.
     """
     # They take most of the time of a start, in which compiled code is being loaded.
-    from dash import Dash, register_page
+    from dash import Dash
 
-    from layouts import document, scenes, shell, takeaway
+    from layouts import document, scenes, shell, site, takeaway
     from layouts.incoming import MEGABYTE
-    from layouts.pages import compare, data, explore, learn, papers, stability, track, tune
     from layouts.uploads import WAY_IN, Uploads
     from server import guard, metrics
     from server.compression import Compression
@@ -88,9 +87,7 @@ def build(
     if store is not None:
         look_in(store.fetch)
     services.attach(server)
-    for order, page in enumerate((explore, stability, tune, compare, data, track, papers, learn)):
-        register_page(page.__name__, path=page.PATH, name=page.NAME, title=page.TITLE, order=order, layout=page.layout)
-        page.register(app, services)
+    site.register(app, services)
     app.layout = partial(shell.frame, settings.work_seconds)
     finish(app, services.work)
     files = Files(ROOT / "compressed")

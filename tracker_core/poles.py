@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import cache, lru_cache
 from itertools import chain
 from math import atan2, fsum, hypot, isfinite, log
+from typing import NamedTuple
 
 import numpy as np
 
@@ -100,30 +101,62 @@ def _united(roots: list[complex], gains: Gains) -> list[complex]:
         groups = [group for group in groups if group not in near] + [[root, *chain(*near)]]
     if len(groups) == len(roots):
         return roots
-    # The polynomial around z = 1 and around z = 0, each with the sizes of the terms that its coefficients consist of.
-    ways = [
-        (centre, write(gains), np.abs(constant) + np.abs(gains.vector) @ np.abs(slopes))
-        for centre, write in ((1.0, offset_polynomial), (0.0, characteristic_polynomial))
-        for constant, slopes in [_parts(write, gains.order)]
-    ]
-    return [root for group in groups for root in _repeated(group, ways)]
+    around = _Around.of(gains, 1.0, offset_polynomial), _Around.of(gains, 0.0, characteristic_polynomial)
+    return [root for group in groups for root in _repeated(group, around)]
 
 
 def _may_be_equal(one: complex, other: complex) -> bool:
     return abs(one - other) <= CLUSTER * abs(1 - (one + other) / 2)
 
 
-_Way = tuple[float, FloatArray, FloatArray]
+class _Around(NamedTuple):
+    """The characteristic polynomial in powers of the distance from a centre, highest first.
+
+    Attributes:
+        centre: 1 or 0.
+        polynomial: its coefficients.
+        terms: the sizes of the terms that each of them is the sum of.
+    """
+
+    centre: float
+    polynomial: FloatArray
+    terms: FloatArray
+
+    @classmethod
+    def of(cls, gains: Gains, centre: float, write: Callable[[Gains], FloatArray]) -> _Around:
+        """The polynomial of these gains, as `write` gives it."""
+        constant, slopes = _parts(write, gains.order)
+        return cls(centre, write(gains), np.abs(constant) + np.abs(gains.vector) @ np.abs(slopes))
+
+    def refined(self, root: complex, times: int) -> complex:
+        """A root of so many times, from nearby: it is a simple one of a derivative, and has all its digits there."""
+        derivative = np.polyder(self.polynomial, times - 1)
+        offset = complex(root - self.centre)
+        for _ in range(3):
+            slope = np.polyval(np.polyder(derivative), offset)
+            if slope == 0:
+                break
+            offset -= complex(np.polyval(derivative, offset) / slope)
+        return self.centre + offset
+
+    def is_root(self, root: complex, times: int) -> bool:
+        """Whether the polynomial and its lower derivatives vanish there, but for rounding."""
+        offset = root - self.centre
+        return all(
+            abs(np.polyval(np.polyder(self.polynomial, n), offset))
+            <= ROUNDING * np.polyval(np.polyder(self.terms, n), abs(offset))
+            for n in range(times)
+        )
 
 
-def _repeated(group: list[complex], ways: list[_Way]) -> list[complex]:
+def _repeated(group: list[complex], around: tuple[_Around, _Around]) -> list[complex]:
     """Roots near each other: as many as possible of them as one root, the others as they are."""
     others: list[complex] = []
     while len(group) > 1:
         # A group that is its own mirror image has a real mean, exactly.
         mean = complex(fsum(root.real for root in group), fsum(root.imag for root in group)) / len(group)
-        root = _refined(mean, len(group), ways[0])
-        if all(_is_root(root, len(group), way) for way in ways):
+        root = around[0].refined(mean, len(group))
+        if all(way.is_root(root, len(group)) for way in around):
             return [root] * len(group) + others
         farthest = max(abs(root - mean) for root in group)
         # With its mirror image, which is as far away.
@@ -131,29 +164,6 @@ def _repeated(group: list[complex], ways: list[_Way]) -> list[complex]:
         others += gone
         group = [root for root in group if root not in gone]
     return group + others
-
-
-def _refined(root: complex, times: int, way: _Way) -> complex:
-    """A root of so many times, from nearby: it is a simple one of a derivative, and has all its digits there."""
-    centre, polynomial, _ = way
-    derivative = np.polyder(polynomial, times - 1)
-    offset = complex(root - centre)
-    for _ in range(3):
-        slope = np.polyval(np.polyder(derivative), offset)
-        if slope == 0:
-            break
-        offset -= complex(np.polyval(derivative, offset) / slope)
-    return centre + offset
-
-
-def _is_root(root: complex, times: int, way: _Way) -> bool:
-    """Whether the polynomial and its derivatives vanish there, but for rounding."""
-    centre, polynomial, terms = way
-    offset = root - centre
-    return all(
-        abs(np.polyval(np.polyder(polynomial, n), offset)) <= ROUNDING * np.polyval(np.polyder(terms, n), abs(offset))
-        for n in range(times)
-    )
 
 
 @cache

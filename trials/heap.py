@@ -10,13 +10,14 @@ from itertools import cycle, islice
 from playwright.sync_api import CDPSession, Page, sync_playwright
 
 from benchmarks.serving import launch, running, settle
+from trials.page import PATHS
 from trials.report import Finding, at_most, none_of
 
-CHANGES, SHORT = 200, 8
+CHANGES, SHORT = 200, len(PATHS)
 GROWTH = 20.0
 """Megabytes."""
 
-PAGES = ("/stability", "/tune", "/compare", "/data", "/3d", "/papers", "/learn", "/")
+PAGES = (*[path for path in PATHS.values() if path != "/"], "/")
 PATIENCE = 120_000.0
 
 ROUNDS = 10

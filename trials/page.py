@@ -24,7 +24,7 @@ DESKS = {"explore": "/", "stability": "/stability", "tune": "/tune", "compare": 
          "track": "/3d"}  # fmt: skip
 """Pages with plots and controls, and their paths."""
 
-PATHS = {**DESKS, "papers": "/papers"}
+PATHS = {**DESKS, "papers": "/papers", "learn": "/learn"}
 
 STUDYING = ("tune", "compare", "data")
 """Desks that ask for a study once they have settled."""

@@ -21,7 +21,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from benchmarks.scene_browser import camera, scene
-from trials.page import PATHS, STUDYING, Desk, RefusedError, Site, text_part, whole
+from trials.page import STUDYING, Desk, RefusedError, Site, text_part, whole
 from trials.tally import Tally
 from trials.wire import PATIENCE, Client
 
@@ -47,7 +47,7 @@ class User:
         pages: that are opened.
     """
 
-    def __init__(self, port: int, address: str, seed: int, tally: Tally, pages: Sequence[str] = tuple(PATHS)) -> None:
+    def __init__(self, port: int, address: str, seed: int, tally: Tally, pages: Sequence[str]) -> None:
         self._client = Client(port, address)
         self._random = Random(seed)
         self._tally = tally
@@ -93,6 +93,9 @@ class User:
                 for _ in range(self._random.randint(4, 10)):
                     yield "part", self._part
                 continue
+            if page == "learn":
+                yield "page", self._open_learn
+                continue
             yield "page", partial(self._open, page)
             for _ in range(self._random.randint(3, 6)):
                 yield from self._gesture()
@@ -113,13 +116,16 @@ class User:
     async def _load(self) -> None:
         self._site = await Site.load(self._client)
 
-    async def _open(self, page: str) -> None:
+    async def _turn_to(self, page: str, link: str = "") -> dict[str, Any]:
+        """Leave the page for another; what its script begins with."""
         if self._site is None:
             await self._load()
         assert self._site is not None
         await self._leave()
-        link = self._desk.link if self._desk else ""
-        self._desk = Desk(await self._site.beginning(self._client, page, link))
+        return await self._site.beginning(self._client, page, link)
+
+    async def _open(self, page: str) -> None:
+        self._desk = Desk(await self._turn_to(page, self._desk.link if self._desk else ""))
         if page == "track":
             self._scene = secrets.token_hex(16)
             self._go(partial(self._watch, self._scene))
@@ -133,13 +139,14 @@ class User:
             self._go(partial(self._study, page))
 
     async def _open_papers(self) -> None:
-        if self._site is None:
-            await self._load()
-        assert self._site is not None
-        await self._leave()
         self._desk = None
-        beginning = await self._site.beginning(self._client, "papers")
+        beginning = await self._turn_to("papers")
         self._parts = [f"/papers/{beginning['paper']}/{part}.json?theme=light" for part in beginning["tables"]]
+
+    async def _open_learn(self) -> None:
+        self._desk = None
+        # All that is asked there is answered in the browser.
+        await self._turn_to("learn")
 
     async def _part(self) -> None:
         if self._parts:

@@ -40,7 +40,7 @@ def _traceless(hear: _Hear) -> _Hear:
     async def heard(connection: Connection, *arguments: Any) -> None:
         def end(error: BaseException) -> None:
             error.with_traceback(None)
-            hang_up(connection)
+            unbind(connection)
 
         try:
             await hear(connection, *arguments)
@@ -51,8 +51,8 @@ def _traceless(hear: _Hear) -> _Hear:
     return heard
 
 
-def hang_up(connection: Connection) -> None:
-    """Have a connection that has ended hold itself no more: by what logs for it, kept it alive, and opened it."""
+def unbind(connection: Connection) -> None:
+    """Have a connection hold itself no more: by what logs for it, opened it, and pings until it has ended."""
     connection.protocol.logger = connection.logger = _LOG
     connection.keepalive_task = None
     connection.protocol.__dict__.pop("select_subprotocol", None)

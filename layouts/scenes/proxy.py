@@ -19,7 +19,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.typing import Subprotocol
 
 from layouts.scenes.page import protocol
-from layouts.scenes.parting import hang_up
+from layouts.scenes.parting import unbind
 from layouts.scenes.sessions import TOKEN, RefusedError, Session
 from server.sockets import POLICY, TOO_LARGE
 
@@ -102,6 +102,7 @@ async def _serve(websocket: WebSocket, session: Session, scenes: Scenes) -> bool
     async with connect(
         address, subprotocols=[Subprotocol(protocol())], compression=None, max_size=None, ping_interval=None, proxy=None
     ) as viser:
+        unbind(viser)
         await websocket.accept(viser.subprotocol)
         tasks = [
             asyncio.create_task(work)
@@ -117,7 +118,6 @@ async def _serve(websocket: WebSocket, session: Session, scenes: Scenes) -> bool
         if code is not None:
             with contextlib.suppress(RuntimeError):  # the browser may have closed at the same moment
                 await websocket.close(code)
-    hang_up(viser)
     return code == IDLE_END
 
 

@@ -6,13 +6,15 @@ from urllib.parse import urlsplit
 
 import pytest
 
+from layouts.site import PAGES
+
 FIRST, AGAIN = 1_900_000, 60_000
 """Bytes of a visit to a page, headers and all: with nothing kept by the browser, and with what the first one left."""
 
 VISER = 700_000
 """Bytes of viser's page, which a page with a scene in sight needs once more than others."""
 
-PATHS = ("", "stability", "tune", "compare", "data", "3d", "papers", "learn")
+PATHS = tuple(page.PATH[1:] for page in PAGES)
 READY = """() => ['data', 'papers'].some((name) => document.getElementById(name))
     || document.querySelector('.desk')?.dataset.state === 'settled'"""
 

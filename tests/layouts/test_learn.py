@@ -18,15 +18,21 @@ EVERY_LESSON = pytest.mark.parametrize("lesson", LESSONS.values(), ids=LESSONS)
 PAGES = {page.NAME: page for page in (explore, stability, tune, compare, data)}
 
 
-def followed(truth, measured, alpha, beta, interval):
-    """Ten lines: an α-β filter from two points, per axis."""
+def by_hand(measured, alpha, beta, interval):
+    """Ten lines: predicted and smoothed positions of an α-β filter from two points, per axis."""
     position, velocity = measured[1], (measured[1] - measured[0]) / interval
-    smoothed = [measured[0], measured[1]]
+    predicted, smoothed = [np.full(2, np.nan)] * 2, [measured[0], measured[1]]
     for z in measured[2:]:
-        predicted = position + interval * velocity
-        position, velocity = predicted + alpha * (z - predicted), velocity + beta * (z - predicted) / interval
+        ahead = position + interval * velocity
+        position, velocity = ahead + alpha * (z - ahead), velocity + beta * (z - ahead) / interval
+        predicted.append(ahead)
         smoothed.append(position)
-    return np.hypot(*(np.array(smoothed) - truth).T)
+    return np.array(predicted), np.array(smoothed)
+
+
+def followed(truth, measured, alpha, beta, interval):
+    """Distance of the smoothed position from the truth."""
+    return np.hypot(*(by_hand(measured, alpha, beta, interval)[1] - truth).T)
 
 
 def faded(xi):
@@ -173,20 +179,14 @@ def test_innovations():
     """The sum of squares that the lesson speaks of, by runs of our own."""
     found = facts.innovations().numbers
     grid = np.linspace(0.55, 0.8, 26)
-    seen, predicted = np.zeros(len(grid)), np.zeros(len(grid))
-    for seed in range(1, 21):
-        truth, measured = of(Experiment.from_dict(facts.flown(0.5).to_dict() | {"seed": seed}))
+    seen, predicted = np.zeros((2, 20, len(grid)))
+    for run in range(20):
+        truth, measured = of(Experiment.from_dict(facts.flown(0.5).to_dict() | {"seed": 1 + run}))
         for place, xi in enumerate(grid):
-            alpha, beta = faded(xi)
-            position, velocity = measured[1], measured[1] - measured[0]
-            sums = np.zeros(2)
-            for z, true in zip(measured[2:], truth.positions[2:], strict=True):
-                ahead = position + velocity
-                sums += np.sum((z - ahead) ** 2), np.sum((true - ahead) ** 2)
-                position, velocity = ahead + alpha * (z - ahead), velocity + beta * (z - ahead)
-            both = np.sqrt(sums / (len(measured) - 2))
-            seen[place] += both[0] / 20
-            predicted[place] += both[1] / 20
+            ahead = by_hand(measured, *faded(xi), 1.0)[0][2:]
+            seen[run, place] = rms(np.hypot(*(measured[2:] - ahead).T))
+            predicted[run, place] = rms(np.hypot(*(truth.positions[2:] - ahead).T))
+    seen, predicted = seen.mean(axis=0), predicted.mean(axis=0)
     assert abs(grid[np.argmin(seen)] - found["seen"]) <= 0.015
     assert abs(grid[np.argmin(predicted)] - found["predicted"]) <= 0.015
     assert found["least"] == pytest.approx(seen.min(), rel=1e-3)

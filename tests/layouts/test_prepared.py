@@ -7,9 +7,9 @@ import re
 import pytest
 from dash._utils import to_json
 
-from layouts.pages import compare, data, explore, learn, papers, stability, track, tune
+from layouts.pages import learn, papers
+from layouts.site import PAGES
 
-PAGES = (explore, stability, tune, compare, data, track, papers, learn)
 ON_EVERY_PAGE = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.NAME)
 
 

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from layouts import questions
 from layouts.controls import controls_of
 from layouts.desk import beginning
-from layouts.pages import compare, data, explore, learn, papers, stability, track, tune
 from layouts.pages.compare.answers import DESK as COMPARE
 from layouts.pages.data.answers import DESK as DATA
 from layouts.pages.explore.answers import DESK as EXPLORE
@@ -21,11 +20,11 @@ from layouts.pages.stability.answers import DESK as STABILITY
 from layouts.pages.track.answers import DESK as TRACK
 from layouts.pages.tune.answers import DESK as TUNE
 from layouts.questions import CONTROLS, LINK_LENGTH, TEXT_LIMIT, TEXT_LIMITS, page_reader, read_study_question
+from layouts.site import PAGES
 from layouts.state import LINK_LIMIT, Settings, to_query
 from layouts.theme import THEMES
 from tracker_core.checks import InputError
 
-PAGES = (explore, stability, tune, compare, data, track, papers, learn)
 DESKS = (EXPLORE, STABILITY, TUNE, COMPARE, DATA, TRACK)
 ON_EVERY_PAGE = pytest.mark.parametrize("desk", DESKS, ids=lambda desk: desk.page)
 SHAPE = {"field", "rule", "received", "message", "request"}

@@ -5,13 +5,11 @@ A real server and real sockets, whose browsers speak viser's protocol as far as 
 
 import asyncio
 import contextlib
-import gc
 import re
 import secrets
 import time
 from contextvars import copy_context
 from pathlib import Path
-from types import CoroutineType
 
 import msgspec
 import numpy as np
@@ -32,6 +30,7 @@ from server import guard
 from server.clients import CLIENT
 from server.descriptors import OF_A_SCENE
 from server.settings import Settings
+from tests.leaving import there, without_the_collector
 from tests.waiting import eventually
 from tracker_core.checks import InputError
 
@@ -541,32 +540,15 @@ ENDING = {
 """What holds compressors, points or buffers of a connection, by the name of its type, or of what it computes."""
 
 
-def left():
-    """What there is of them, but the connection of the test itself."""
-    things = gc.get_objects()
-    # Some things do not like to be asked for anything but their type.
-    names = [thing.__qualname__ if type(thing) is CoroutineType else type(thing).__name__ for thing in things]
-    return {name for name in names if name in ENDING}
-
-
-def nothing_is_left():
-    gc.collect()
-    return not left()
-
-
 def test_a_scene_goes_without_the_collector(port, scenes):
     async def look():
-        await eventually(nothing_is_left)
-        gc.disable()
-        for _ in range(3):
-            async with visitor(port, scenes):
-                assert {"_message_producer", "LineSegmentsProps", "ClientHandle", "ServerConnection"} <= left()
-        await eventually(lambda: not left())
+        async with without_the_collector(ENDING):
+            for _ in range(3):
+                async with visitor(port, scenes):
+                    opened = there(ENDING)
+                    assert {"_message_producer", "LineSegmentsProps", "ClientHandle", "ServerConnection"} <= opened
 
-    try:
-        run(look())
-    finally:
-        gc.enable()
+    run(look())
 
 
 def test_pictures_are_forgotten_in_time_and_beyond_a_number(monkeypatch):

@@ -1,7 +1,6 @@
 """What a socket says and takes, over a network: no more is kept of it than is heard, and nothing is lost."""
 
 import asyncio
-import gc
 import socket
 import struct
 import threading
@@ -15,6 +14,7 @@ from server.limits import Rate
 from server.settings import Settings
 from server.socket_wire import BITE, MOST_PARTS, Socket
 from server.wire import Wire
+from tests.leaving import there, without_the_collector
 from tests.serving import echo_at, opening, plain
 from tests.waiting import eventually
 
@@ -382,26 +382,17 @@ def test_what_is_over_ends_in_time(opened, sockets, monkeypatch):
 def test_a_socket_that_has_ended_is_not_left_for_the_collector(opened, way):
     """Some thirty values for each of hundreds in a minute, which the collector would find late."""
 
-    def kept():
-        return [kind for thing in gc.get_objects() if (kind := type(thing).__name__) in KEPT]
+    async def look():
+        async with without_the_collector(KEPT):
+            for _ in range(3):
+                connection = opened(b"/echo")
+                assert there(KEPT) >= {"Socket", "ServerProtocol"}
+                if way == "closed by both":
+                    connection.sendall(frame(CLOSE, b"\x03\xe8"))
+                    assert next(frames(connection))[0] == CLOSE
+                connection.close()
 
-    def all_ended():
-        gc.collect()
-        return kept() == []
-
-    asyncio.run(eventually(all_ended))
-    gc.disable()
-    try:
-        for _ in range(3):
-            connection = opened(b"/echo")
-            assert set(kept()) >= {"Socket", "ServerProtocol"}
-            if way == "closed by both":
-                connection.sendall(frame(CLOSE, b"\x03\xe8"))
-                assert next(frames(connection))[0] == CLOSE
-            connection.close()
-        asyncio.run(eventually(lambda: kept() == []))
-    finally:
-        gc.enable()
+    asyncio.run(look())
 
 
 def test_what_a_client_breaks_is_no_mistake_of_ours(opened, caplog):

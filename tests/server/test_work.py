@@ -10,6 +10,7 @@ import pytest
 from server.clients import CLIENT
 from server.problem import REQUEST
 from server.work import AGAIN, NoAnswerError, Work
+from tests.leaving import without_the_collector
 from tracker_core.checks import InputError
 
 WAIT = 10
@@ -62,6 +63,21 @@ def test_what_work_raises_is_raised(error):
     with pytest.raises(type(error)) as caught:
         asyncio.run(Work(seconds=WAIT).run(fail))
     assert str(caught.value) == str(error)
+
+
+def test_what_is_refused_is_not_left_for_the_collector():
+    """The error that is raised holds the frames that it came through."""
+
+    def fail():
+        raise InputError("field", "must be right", "wrong")
+
+    async def ask():
+        async with without_the_collector({"_Asked"}):
+            for _ in range(3):
+                with contextlib.suppress(InputError):
+                    await Work(seconds=WAIT).run(fail)
+
+    asyncio.run(ask())
 
 
 def test_whoever_comes_to_a_full_line_is_sent_away_and_finds_room_later(go_on):

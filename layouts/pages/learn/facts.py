@@ -49,6 +49,12 @@ def _way(path: str, experiment: Experiment, view: View | None = None, pinned: Se
     return f"{path}?{to_query(Settings(experiment, view or View(), pins))}"
 
 
+def _errors(experiment: Experiment) -> FloatArray:
+    """Distance of the smoothed position from the truth at every sample of a run, shape (n,), m."""
+    result = run_experiment(experiment)
+    return distances(result.track.smoothed[:, :, 0] - result.truth.positions)
+
+
 def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
@@ -80,9 +86,8 @@ RUNS = 20
 
 def leg_errors(experiment: Experiment) -> tuple[float, float]:
     """RMS distance of the smoothed position from the truth on straight legs and in turns, m, over RUNS seeds."""
-    runs = [run_experiment(replace(experiment, seed=experiment.seed + run)) for run in range(RUNS)]
-    turning = np.abs(runs[0].truth.states[:, :, 2]).max(axis=1) > 0
-    errors = np.array([distances(run.track.smoothed[:, :, 0] - run.truth.positions) for run in runs])
+    turning = np.abs(run_experiment(experiment).truth.states[:, :, 2]).max(axis=1) > 0
+    errors = np.array([_errors(replace(experiment, seed=experiment.seed + run)) for run in range(RUNS)])
     return _rms(errors[:, ~turning]), _rms(errors[:, turning])
 
 
@@ -119,8 +124,7 @@ def accelerated(order: int, **values: Any) -> Experiment:
 
 def lags(experiment: Experiment) -> tuple[float, float]:
     """How far the smoothed position is from the truth halfway through a run and at its end, m."""
-    result = run_experiment(experiment)
-    errors = distances(result.track.smoothed[:, :, 0] - result.truth.positions)
+    errors = _errors(experiment)
     return float(errors[len(errors) // 2]), float(errors[-1])
 
 
@@ -181,8 +185,7 @@ def stability() -> Facts:
         numbers={
             "mild": MILD, "steady": STEADY, "breaking": BREAKING, "small": SMALL, "limits": LIMITS, "limit": limit,
             "limit_small": last_stable_beta(SMALL), "beyond": BEYOND, "sample": stop + 1,
-            "pole": steady.spectral_radius,
-            "pole_breaking": broken.spectral_radius,
+            "pole": steady.spectral_radius, "pole_breaking": broken.spectral_radius,
             "fails": next(condition.text for condition in broken.conditions if not condition.holds),
         },
         ways=(_way("/stability", mild), _way("/stability", below), _way("/stability", above), _way("/", beyond)),
@@ -205,8 +208,7 @@ def prediction() -> Facts:
             "eager": EAGER, "calm": CALM, "gain": significant(gain, 3), "share": noise_share(eager),
             "gain_calm": variance_reduction(calm.gains(), calm.interval).predicted,
         },
-        ways=(_way("/", eager), _way("/", eager), _way("/", calm),
-              _way("/stability", eager)),
+        ways=(_way("/", eager), _way("/", eager), _way("/", calm), _way("/stability", eager)),
     )  # fmt: skip
 
 
@@ -283,8 +285,7 @@ def innovations() -> Facts:
         right=0 if abs(apart) <= NEARLY else 1 if apart > 0 else 2,
         numbers={
             "seen": seen.value, "predicted": predicted.value, "smoothed": smoothed.value, "least": seen.score.mean,
-            "error": predicted.score.mean,
-            "noise": NOISE * len(experiment.target.axes) ** 0.5,
+            "error": predicted.score.mean, "noise": NOISE * len(experiment.target.axes) ** 0.5,
         },
         ways=(_way("/tune", experiment), _way("/tune", experiment, blind), "/data"),
     )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 from layouts.pages.learn import facts
@@ -19,40 +19,22 @@ class Step:
 
     sentence: str
     page: str
-    address: str
+    address: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Lesson:
-    """One question.
+    """One question. Before its facts are known the texts have places for numbers, and the steps no address.
 
     Attributes:
-        name: its anchor.
+        facts: compute what it comes to; their name is that of the lesson.
         title: in a few words.
         setting: what is given.
-        look: where it is seen before anything is predicted.
         question, choices: what is asked, and what may be predicted.
-        right: number of the choice that comes true.
         answer: what happens and why, with numbers, a paragraph each.
-        steps: where to see it.
-    """
-
-    name: str
-    title: str
-    setting: str
-    look: Step
-    question: str
-    choices: tuple[str, ...]
-    right: int
-    answer: tuple[str, ...]
-    steps: tuple[Step, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _Script:
-    """A lesson before its numbers stand in it; paragraphs of the answer are parted by an empty line.
-
-    Steps are what to look at, and the name of the page; the first is the look before anything is predicted.
+        look: where it is seen before anything is predicted.
+        steps: where it is seen afterwards.
+        right: number of the choice that comes true.
     """
 
     facts: Callable[[], Facts]
@@ -60,11 +42,18 @@ class _Script:
     setting: str
     question: str
     choices: tuple[str, ...]
-    answer: str
-    steps: tuple[tuple[str, str], ...]
+    answer: tuple[str, ...]
+    look: Step
+    steps: tuple[Step, ...]
+    right: int = -1
 
-    def lesson(self) -> Lesson:
-        """The same with what is computed."""
+    @property
+    def name(self) -> str:
+        """Its anchor."""
+        return self.facts.__name__
+
+    def told(self) -> Lesson:
+        """The same with its facts."""
         found = self.facts()
 
         def said(text: str) -> str:
@@ -73,23 +62,23 @@ class _Script:
             return _TOGETHER.sub("\u00a0", joined)
 
         look, *steps = (
-            Step(said(sentence), page, way) for (sentence, page), way in zip(self.steps, found.ways, strict=True)
+            replace(step, sentence=said(step.sentence), address=way)
+            for step, way in zip((self.look, *self.steps), found.ways, strict=True)
         )
-        return Lesson(
-            name=self.facts.__name__,
-            title=self.title,
+        return replace(
+            self,
             setting=said(self.setting),
-            look=look,
             question=said(self.question),
-            choices=tuple(said(choice) for choice in self.choices),
-            right=found.right,
-            answer=tuple(said(paragraph) for paragraph in self.answer.split("\n\n")),
+            choices=tuple(map(said, self.choices)),
+            answer=tuple(map(said, self.answer)),
+            look=look,
             steps=tuple(steps),
+            right=found.right,
         )
 
 
-_SCRIPTS = (
-    _Script(
+_LESSONS = (
+    Lesson(
         facts.memory,
         title="Smooth or responsive",
         setting="""An aircraft flies straight legs and turns; a sensor sees it every second, with {noise:g} m of
@@ -102,20 +91,21 @@ _SCRIPTS = (
             "Smaller everywhere: more measurements are averaged",
             "Larger everywhere: old measurements say nothing about now",
         ),
-        answer="""Over {runs} runs the RMS error goes from {straight:.1f} m to {straight_after:.1f} m on the straight
-            legs, and from {turning:.1f} m to {turning_after:.1f} m in the turns.
-
-            Of the variance of the noise the filter lets {share:.0%} through before and {share_after:.0%} after. For
+        answer=(
+            """Over {runs} runs the RMS error goes from {straight:.1f} m to {straight_after:.1f} m on the straight
+            legs, and from {turning:.1f} m to {turning_after:.1f} m in the turns.""",
+            """Of the variance of the noise the filter lets {share:.0%} through before and {share_after:.0%} after. For
             every m/s² of a turn it lags by {lag:.1f} m before and by {lag_after:.1f} m after. No fixed gain is good
             at both: how much the target turns decides.""",
+        ),
+        look=Step("The aircraft and the filter", "Explore"),
         steps=(
-            ("The aircraft and the filter", "Explore"),
-            ("The same with ξ = {long:g}: look at the error in the turns", "Explore"),
-            ("The error over all ξ is a valley, noise on one side and lag on the other", "Tune"),
-            ("What lag every pair of gains has, as colours behind the stable region", "Stability"),
+            Step("The same with ξ = {long:g}: look at the error in the turns", "Explore"),
+            Step("The error over all ξ is a valley, noise on one side and lag on the other", "Tune"),
+            Step("What lag every pair of gains has, as colours behind the stable region", "Stability"),
         ),
     ),
-    _Script(
+    Lesson(
         facts.order,
         title="What an acceleration costs",
         setting="""An aircraft accelerates by {strength:.2g} m/s² all the time. The α-β filter with ξ = {xi:g}
@@ -126,20 +116,21 @@ _SCRIPTS = (
             "It stays behind by the same distance",
             "It falls behind farther and farther, as the velocity changes more and more",
         ),
-        answer="""Without noise it is {halfway:.2f} m away halfway through the run, and {end:.2f} m at its end. The
-            correction by β then makes up at each sample for what the velocity has changed by since the last one.
-
-            The distance is a T² (1 − α)/β, here {strength:.4f} · {interval:g}² · (1 − {alpha:.4f})/{beta:.4f} =
+        answer=(
+            """Without noise it is {halfway:.2f} m away halfway through the run, and {end:.2f} m at its end. The
+            correction by β then makes up at each sample for what the velocity has changed by since the last one.""",
+            """The distance is a T² (1 − α)/β, here {strength:.4f} · {interval:g}² · (1 − {alpha:.4f})/{beta:.4f} =
             {lag:.2f} m. An α-β-γ filter, which keeps the acceleration as well, has no such lag, but lets
             {share_higher:.0%} of the variance of the noise through instead of {share:.0%}.""",
+        ),
+        look=Step("The aircraft and the filter", "Explore"),
         steps=(
-            ("The aircraft and the filter", "Explore"),
-            ("The lag alone: the same without noise", "Explore"),
-            ("Order 3 with the same ξ: no lag, more noise", "Explore"),
-            ("The response to a parabola: input minus response goes to a constant", "Stability"),
+            Step("The lag alone: the same without noise", "Explore"),
+            Step("Order 3 with the same ξ: no lag, more noise", "Explore"),
+            Step("The response to a parabola: input minus response goes to a constant", "Stability"),
         ),
     ),
-    _Script(
+    Lesson(
         facts.stability,
         title="Where it breaks",
         setting="""An α-β filter takes every measurement for the position (α = 1) and corrects its velocity by β of
@@ -151,23 +142,24 @@ _SCRIPTS = (
             "{limits[2]:g}",
             "None: as long as α is no more than 1, errors die out",
         ),
-        answer="""β must stay below 4 − 2α = {limit:.4g}. At β = {steady:g} the largest pole has magnitude {pole:.2f}:
+        answer=(
+            """β must stay below 4 − 2α = {limit:.4g}. At β = {steady:g} the largest pole has magnitude {pole:.2f}:
             the errors of velocity and prediction change sign at every sample and die out. At β = {breaking:g} it has
             {pole_breaking:.2f}: {fails} fails, and they grow. The smoothed position shows nothing of it, since with
-            α = 1 it is the measurement.
-
-            With a smaller α there is more room, at α = {small:g} up to β = {limit_small:.4g}. Beyond, at β =
+            α = 1 it is the measurement.""",
+            """With a smaller α there is more room, at α = {small:g} up to β = {limit_small:.4g}. Beyond, at β =
             {beyond:g}, the error of the smoothed position grows as well, and the run is stopped at sample {sample}.
             Only filters that believe nearly all they measure come near this border; slow ones lie along the other,
             β = 0.""",
+        ),
+        look=Step("The filter at β = {mild:g}, and its poles", "Stability"),
         steps=(
-            ("The filter at β = {mild:g}, and its poles", "Stability"),
-            ("β = {steady:g}: it rings, and is stable", "Stability"),
-            ("β = {breaking:g}: which inequality fails, by how much, and the nearest stable gains", "Stability"),
-            ("α = {small:g} and β = {beyond:g} on a target: where the run is stopped", "Explore"),
+            Step("β = {steady:g}: it rings, and is stable", "Stability"),
+            Step("β = {breaking:g}: which inequality fails, by how much, and the nearest stable gains", "Stability"),
+            Step("α = {small:g} and β = {beyond:g} on a target: where the run is stopped", "Explore"),
         ),
     ),
-    _Script(
+    Lesson(
         facts.prediction,
         title="Can a filter be worse than its sensor?",
         setting="""An aircraft in straight flight, and an α-β filter that is quick to believe: α = {eager[0]:g}, β =
@@ -178,20 +170,21 @@ _SCRIPTS = (
             "The same: with such gains it is little more than the last measurement",
             "Larger",
         ),
-        answer="""The variance of the prediction is {gain} times that of a measurement; that of the smoothed position
+        answer=(
+            """The variance of the prediction is {gain} times that of a measurement; that of the smoothed position
             is {share:.2f} times. The velocity is made of noisy positions, and the prediction carries its error one
-            interval ahead.
-
-            Whoever uses predictions, for a gate or for pointing, looks at that number. With α = {calm[0]:g} and β =
+            interval ahead.""",
+            """Whoever uses predictions, for a gate or for pointing, looks at that number. With α = {calm[0]:g} and β =
             {calm[1]:g} it is {gain_calm:.2f}.""",
+        ),
+        look=Step("The aircraft and the filter", "Explore"),
         steps=(
-            ("The aircraft and the filter", "Explore"),
-            ("Tracking RMSE, of the prediction, beside the RMSE of the measurements", "Explore"),
-            ("The same target with the calm filter", "Explore"),
-            ("Both variances, under Numbers at the foot of the page", "Stability"),
+            Step("Tracking RMSE, of the prediction, beside the RMSE of the measurements", "Explore"),
+            Step("The same target with the calm filter", "Explore"),
+            Step("Both variances, under Numbers at the foot of the page", "Stability"),
         ),
     ),
-    _Script(
+    Lesson(
         facts.luck,
         title="One run proves little",
         setting="""Two filters with fading memory on the same {samples} samples: A with ξ = {xi[0]:g}, B with ξ =
@@ -200,18 +193,19 @@ _SCRIPTS = (
         question="""The target flies the same way {seeds} times, each with other noise. How often is {better} the better
             one?""",
         choices=("At least {often:.0%} of the time", "Often, and often not", "At most {seldom:.0%} of the time"),
-        answer="""{wins} times of {seeds}: by {won:.1f} m where it is better, and by {lost:.1f} m worse where it is not.
-            On average the error is {means[0]:.1f} m with A and {means[1]:.1f} m with B.
-
-            Filters are compared on the same measurements, seed by seed. The error of {worse} is larger by {gain} m on
-            average; with 95% confidence by {low} to {high} m. {verdict}.""",
+        answer=(
+            """{wins} times of {seeds}: by {won:.1f} m where it is better, and by {lost:.1f} m worse where it is not.
+            On average the error is {means[0]:.1f} m with A and {means[1]:.1f} m with B.""",
+            """Filters are compared on the same measurements, seed by seed. The error of {worse} is larger by {gain} m
+            on average; with 95% confidence by {low} to {high} m. {verdict}.""",
+        ),
+        look=Step("Both filters on that run", "Compare"),
         steps=(
-            ("Both filters on that run", "Compare"),
-            ("{seeds} runs: every difference with its interval, and whether it is significant", "Compare"),
-            ("Where the best ξ lies, with its interval", "Tune"),
+            Step("{seeds} runs: every difference with its interval, and whether it is significant", "Compare"),
+            Step("Where the best ξ lies, with its interval", "Tune"),
         ),
     ),
-    _Script(
+    Lesson(
         facts.innovations,
         title="Tuned without the truth",
         setting="""In a log file nobody knows where the target really was. What one has are the innovations: how far
@@ -223,17 +217,18 @@ _SCRIPTS = (
             "… clearly larger: a smooth filter has small innovations",
             "… clearly smaller: the filter learns to follow the noise",
         ),
-        answer="""The innovations are smallest at ξ = {seen:.3f}, the error of the prediction at ξ = {predicted:.3f}.
+        answer=(
+            """The innovations are smallest at ξ = {seen:.3f}, the error of the prediction at ξ = {predicted:.3f}.
             The noise of a measurement has nothing to do with the prediction before it, so on average the squares add
-            up: innovation² is error² plus the variance of the noise, and both are smallest at the same place.
-
-            That holds for predictions, and for white noise. The smoothed position is best at ξ = {smoothed:.3f}. And
+            up: innovation² is error² plus the variance of the noise, and both are smallest at the same place.""",
+            """That holds for predictions, and for white noise. The smoothed position is best at ξ = {smoothed:.3f}. And
             small innovations are not small errors: they are {least:.1f} m here at best, where the predictions are
             {error:.1f} m off and the sensor {noise:.1f} m.""",
+        ),
+        look=Step("The aircraft of the first lesson: its error over all ξ", "Tune"),
         steps=(
-            ("The aircraft of the first lesson: its error over all ξ", "Tune"),
-            ("The same without the truth, and what not knowing it costs", "Tune"),
-            ("Load a log of your own, and tune on it in the same way", "Data"),
+            Step("The same without the truth, and what not knowing it costs", "Tune"),
+            Step("Load a log of your own, and tune on it in the same way", "Data"),
         ),
     ),
 )
@@ -242,4 +237,4 @@ _SCRIPTS = (
 @cache
 def lessons() -> tuple[Lesson, ...]:
     """All lessons, in the order in which they are read."""
-    return tuple(script.lesson() for script in _SCRIPTS)
+    return tuple(lesson.told() for lesson in _LESSONS)
