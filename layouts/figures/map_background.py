@@ -20,8 +20,12 @@ NOTHING: dict[str, Any] = {"x0": 0.0, "dx": 1.0, "y0": 0.0, "dy": 1.0, "z": [[No
 
 BACKGROUND_TICKS = {
     "noise": ("variance of the smoothed position / σ²", (0.01, 0.03, 0.1, 0.3, 1, 3, 10)),
-    "lag": ("lag per unit of manoeuvre / T^m", (0.01, 0.1, 1, 10, 100, 1_000, 10_000)),
+    "lag": ("lag / ({manoeuvre} · T{power})", (0.01, 0.1, 1, 10, 100, 1_000, 10_000)),
 }
+"""Of each background what its colours mean, and the values that are marked."""
+
+MANOEUVRES = {2: ("acceleration", "²"), 3: ("jerk", "³"), 4: ("snap", "⁴")}
+"""By order, what the filter lags behind, and the power of the interval that goes with it."""
 
 
 def background(shown: Shown, ranges: list[list[float]]) -> dict[str, Any]:
@@ -30,6 +34,8 @@ def background(shown: Shown, ranges: list[list[float]]) -> dict[str, Any]:
     if kind == "none":
         return {"type": "heatmap", "visible": False, **NOTHING}
     title, ticks = BACKGROUND_TICKS[kind]
+    manoeuvre, power = MANOEUVRES[shown.result.gains.order]
+    title = title.format(manoeuvre=manoeuvre, power=power)
     t = tokens(shown.theme)
     part = NOTHING
     if not shown.live:

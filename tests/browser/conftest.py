@@ -175,15 +175,24 @@ UNSEEN = """() => {
 }"""
 
 
+COVERED = """() => [...document.querySelectorAll('.js-plotly-plot')].filter((plot) => {
+  const box = (part) => plot.querySelector(part)?.getBoundingClientRect();
+  const legend = box('.legend'), drawn = box('.nsewdrag');
+  return legend && drawn && legend.bottom > drawn.top + 1 && legend.top < drawn.bottom - 1;
+}).map((plot) => plot.parentElement.id)"""
+"""Plots whose legend lies over what is drawn."""
+
+
 @pytest.fixture
 def check_look() -> Callable[..., None]:
     """Looks at a page from wide to narrow.
 
-    Nothing scrolls sideways, labels are seen and every explanation with them, axe finds nothing serious in light and
-    in dark.
+    No legend lies over a plot, nothing scrolls sideways, labels are seen and every explanation with them, axe finds
+    nothing serious in light and in dark.
     """
 
     def check(page: Page) -> None:
+        assert page.evaluate(COVERED) == []
         for width, height in WIDTHS:
             page.set_viewport_size({"width": width, "height": height})
             # Plots follow the width a moment later.

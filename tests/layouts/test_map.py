@@ -336,6 +336,12 @@ def test_where_nothing_lags_there_is_a_colour_all_the_same():
     assert set(values) == {trace["zmin"] - 1}
 
 
+@pytest.mark.parametrize(("order", "said"), [(2, "acceleration · T²"), (3, "jerk · T³"), (4, "snap · T⁴")])
+def test_a_lag_is_one_of_what_the_filter_does_not_follow(order, said):
+    trace = figure(INSIDE[order], View(background="lag"))["data"][BACKGROUND]
+    assert trace["colorbar"]["title"]["text"] == f"lag / ({said})"
+
+
 def test_without_a_background_there_is_none():
     assert figure(INSIDE[3])["data"][BACKGROUND]["visible"] is False
 

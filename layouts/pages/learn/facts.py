@@ -5,7 +5,6 @@ By the same functions as on the pages that the steps lead to.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -44,8 +43,8 @@ def _experiment(**values: Any) -> Experiment:
     return Experiment.from_dict(values)
 
 
-def _way(path: str, experiment: Experiment, view: View | None = None, pinned: Sequence[Experiment] = ()) -> str:
-    pins = tuple(pin_of(slot, kept) for slot, kept in enumerate(pinned, 1))
+def _way(path: str, experiment: Experiment, view: View | None = None, **pinned: Experiment) -> str:
+    pins = tuple(pin_of(slot, kept).named(name) for slot, (name, kept) in enumerate(pinned.items(), 1))
     return f"{path}?{to_query(Settings(experiment, view or View(), pins))}"
 
 
@@ -242,7 +241,7 @@ def luck() -> Facts:
     share = float(wins.mean())
     ahead = errors[worse] - errors[better]
     gain, width = (float(value) for value in mean_interval(ahead))
-    both = _way("/compare", second, pinned=[first])
+    both = _way("/compare", second, A=first)
     return Facts(
         right=0 if share >= OFTEN else 2 if share <= SELDOM else 1,
         numbers={

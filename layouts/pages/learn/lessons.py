@@ -199,9 +199,11 @@ _LESSONS = (
             """Filters are compared on the same measurements, seed by seed. The error of {worse} is larger by {gain} m
             on average; with 95% confidence by {low} to {high} m. {verdict}.""",
         ),
-        look=Step("Both filters on that run", "Compare"),
+        look=Step("Both filters on that run: A is pinned, B is the present one", "Compare"),
         steps=(
-            Step("{seeds} runs: every difference with its interval, and whether it is significant", "Compare"),
+            Step(
+                "{seeds} runs, further down: the difference with its interval, and whether it is significant", "Compare"
+            ),
             Step("Where the best ξ lies, with its interval", "Tune"),
         ),
     ),

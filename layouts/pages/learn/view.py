@@ -37,11 +37,11 @@ def _contents() -> Component:
     items = [
         html.Li(
             [
-                html.A(lesson.title, href=f"#lesson-{lesson.name}", className="document"),
+                html.A(_heading(number, lesson), href=f"#lesson-{lesson.name}", className="document"),
                 html.Span(className="mark hint", **{"data-mark": lesson.name}),
             ]
         )
-        for lesson in lessons()
+        for number, lesson in enumerate(lessons(), 1)
     ]
     return html.Nav(
         [
@@ -59,6 +59,10 @@ def _contents() -> Component:
         className="controls card contents",
         **{"aria-label": "Lessons"},
     )
+
+
+def _heading(number: int, lesson: Lesson) -> str:
+    return f"{number}. {lesson.title}"
 
 
 def _card(number: int, lesson: Lesson) -> Component:
@@ -99,7 +103,7 @@ def _card(number: int, lesson: Lesson) -> Component:
     )
     waiting = html.P("What happens shows once you have predicted it.", className="hint")
     return html.Section(
-        [html.H2(f"{number}. {lesson.title}"), asked, html.Div([waiting, answer])],
+        [html.H2(_heading(number, lesson)), asked, html.Div([waiting, answer])],
         id=part,
         className="card lesson",
         **{"data-lesson": lesson.name},
