@@ -21,6 +21,7 @@ from layouts import takeaway
 from layouts.outgoing import STEP
 from layouts.text import file_stem
 from server.work import Work
+from tests.waiting import eventually
 from tracker_core import SCENARIOS, Experiment, run_experiment
 from tracker_core.__main__ import main
 from tracker_core.measured import SHELF, File, content_name, proposed, target
@@ -189,10 +190,17 @@ def test_names_of_files_suit_any_system(title, stem):
 # Several at once -----------------------------------------------------------------------------------------------------
 
 
-def test_many_at_once_arrive_whole_and_stop_nobody_else():
+def test_many_at_once_arrive_whole_and_stop_nobody_else(monkeypatch):
     """More than there are threads: all come in full, and what needs a thread itself does not wait for them."""
     server = FastAPI()
     takeaway.attach(server, Work())
+    running, go_on = [], threading.Event()
+    usual = takeaway.run_experiment
+
+    def held(experiment):
+        running.append(experiment)
+        assert go_on.wait(60)
+        return usual(experiment)
 
     @server.get("/thread")
     async def thread():
@@ -203,14 +211,16 @@ def test_many_at_once_arrive_whole_and_stop_nobody_else():
         async with httpx.AsyncClient(transport=transport, base_url="http://test", timeout=60) as client:
             link = "/export/track.csv?samples=4000&order=4&xi=0.8"
             alone = await client.get(link)
+            monkeypatch.setattr(takeaway, "run_experiment", held)
             several = [asyncio.ensure_future(client.get(link)) for _ in range(16)]
-            await asyncio.sleep(0.2)
+            await eventually(lambda: len(running) == takeaway.AT_ONCE)
             assert (await client.get("/thread")).json() == "ran"
             late = sum(not one.done() for one in several)
+            go_on.set()
             return alone, await asyncio.gather(*several), late
 
     alone, several, late = asyncio.run(run())
-    assert late > 0
+    assert late == len(several)
     assert {one.content for one in several} == {alone.content}
 
 
